@@ -1,0 +1,67 @@
+"""Line segments and corners out of 2D laser scans.
+
+>>> import laserfeatures as lf
+>>> extractor = lf.get_extractor("direct_hough")
+"""
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from laserfeatures.data import Features, LaserScan, Lines, LineSegments, PointFeatures, Pose2D
+from laserfeatures.errors import (
+    DriverError,
+    DriverTimeoutError,
+    LaserFeaturesError,
+    MissingDependencyError,
+    PluginError,
+    ProtocolError,
+    SourceError,
+    UnknownExtractorError,
+)
+from laserfeatures.registry import get_extractor, list_extractors, register_extractor
+from laserfeatures.sources import open_source
+
+if TYPE_CHECKING:
+    from laserfeatures.intersections import Intersections
+    from laserfeatures.pipeline import Pipeline
+    from laserfeatures.segment_filter import SegmentFilter
+
+__version__ = version("laserfeatures")
+
+__all__ = [
+    "DriverError",
+    "DriverTimeoutError",
+    "Features",
+    "Intersections",
+    "LaserFeaturesError",
+    "LaserScan",
+    "LineSegments",
+    "Lines",
+    "MissingDependencyError",
+    "Pipeline",
+    "PluginError",
+    "PointFeatures",
+    "Pose2D",
+    "ProtocolError",
+    "SegmentFilter",
+    "SourceError",
+    "UnknownExtractorError",
+    "__version__",
+    "get_extractor",
+    "list_extractors",
+    "open_source",
+    "register_extractor",
+]
+
+_LAZY = {  # these bring numba, which reading and listing do not need
+    "Intersections": "laserfeatures.intersections",
+    "Pipeline": "laserfeatures.pipeline",
+    "SegmentFilter": "laserfeatures.segment_filter",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

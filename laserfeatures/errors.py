@@ -1,0 +1,47 @@
+"""The errors that laserfeatures raises.
+
+::
+
+    LaserFeaturesError
+    ├── UnknownExtractorError  (LookupError)   no extractor has that name
+    ├── PluginError                            an extractor cannot be loaded or breaks its contract
+    ├── MissingDependencyError (ImportError)   an optional package is not installed
+    ├── SourceError            (OSError)       a log or bag cannot be read
+    └── DriverError            (OSError)       a device cannot be opened or answers wrongly
+        ├── DriverTimeoutError (TimeoutError)  a device does not answer in time
+        └── ProtocolError                      a device's answer is not what its protocol says
+
+A wrong argument is a plain ``ValueError`` or ``TypeError``.
+"""
+
+
+class LaserFeaturesError(Exception):
+    """Catch every error that laserfeatures raises on purpose."""
+
+
+class UnknownExtractorError(LaserFeaturesError, LookupError):
+    """No extractor is registered under the name asked for."""
+
+
+class PluginError(LaserFeaturesError):
+    """An extractor's plugin cannot be loaded, or what it returned breaks the contract."""
+
+
+class MissingDependencyError(LaserFeaturesError, ImportError):
+    """A package of an optional extra is needed and not installed; the message names the extra."""
+
+
+class SourceError(LaserFeaturesError, OSError):
+    """A log or bag cannot be read; the message names file, line, what was expected and found."""
+
+
+class DriverError(LaserFeaturesError, OSError):
+    """A device cannot be opened or used."""
+
+
+class DriverTimeoutError(DriverError, TimeoutError):
+    """A device did not answer in time."""
+
+
+class ProtocolError(DriverError):
+    """A device's answer is not what its protocol says."""
