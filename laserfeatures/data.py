@@ -16,6 +16,9 @@ from laserfeatures._arrays import BoolArray, FloatArray, IntArray, Record, read_
 
 FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
 
+# The angles seen last and their directions: a sensor's beams do not change from scan to scan.
+_last_directions: list[tuple[FloatArray, FloatArray]] = [(np.empty(0), np.empty((0, 2)))]
+
 
 @dataclass(frozen=True)
 class Pose2D:
@@ -143,14 +146,19 @@ class LaserScan(Record):
     @cached_property
     def points(self) -> FloatArray:
         """Returns as points (P, 2) [m] in beam order."""
-        angles, ranges = self.angles, self.ranges
-        if self.beams.size != angles.size:
-            angles, ranges = angles[self.beams], ranges[self.beams]
-        points = np.empty((ranges.size, 2))
-        np.multiply(ranges, np.cos(angles), out=points[:, 0])
-        np.multiply(ranges, np.sin(angles), out=points[:, 1])
+        points = self.ranges[self.beams, None] * self.directions[self.beams]
         points.flags.writeable = False
         return points
+
+    @property
+    def directions(self) -> FloatArray:
+        """Unit vector along each beam, (N, 2); computed once for scans that share their angles."""
+        angles, directions = _last_directions[0]
+        if angles is not self.angles:
+            directions = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
+            directions.flags.writeable = False
+            _last_directions[0] = (self.angles, directions)
+        return directions
 
     def __len__(self) -> int:
         """Return the number of beams."""

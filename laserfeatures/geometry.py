@@ -1,0 +1,150 @@
+"""Compiled geometry that the stages and the plugins share: points, line fits, segment cuts.
+
+All functions are numba kernels: arrays and scalars in, arrays and scalars out, no checks. Points
+are given as x (P,), y (P,) [m] in beam order with `beam` (P,), the index of each point's beam.
+A fit is a tuple (theta, d, var_theta, cov_theta_d, var_d).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+# A range error moves a point along its beam, so its distance from a line errs by cos(incidence).
+# Other errors (beam width, beam angle, roughness) do not vanish at grazing incidence: this adds them
+# as a share of the range variance.
+INCIDENCE_FLOOR = 0.02
+
+
+@njit(cache=True)
+def returns(directions, ranges, range_min, range_max):
+    """Return (x, y, beam) of the valid returns, as `LaserScan.points` and `LaserScan.beams`."""
+    n = ranges.size
+    x = np.empty(n)
+    y = np.empty(n)
+    beam = np.empty(n, np.int64)
+    count = 0
+    for i in range(n):
+        r = ranges[i]
+        if range_min <= r < range_max and 0.0 < r < math.inf:
+            x[count] = r * directions[i, 0]
+            y[count] = r * directions[i, 1]
+            beam[count] = i
+            count += 1
+    return x[:count], y[:count], beam[:count]
+
+
+@njit(cache=True)
+def fit_line(x, y, members, theta, sigma):
+    """Fit a line to the points `members` by weighted total least squares.
+
+    The weights are the inverse variances of the points' distances from the line for a range noise
+    `sigma` at the incidence angles that `theta`, a first guess, implies. The line's covariance
+    follows from them to first order.
+    """
+    c = math.cos(theta)
+    s = math.sin(theta)
+    w = wx = wy = wxx = wxy = wyy = 0.0
+    for i in members:
+        along = x[i] * c + y[i] * s
+        weight = 1.0 / (along * along / (x[i] * x[i] + y[i] * y[i]) + INCIDENCE_FLOOR)
+        w += weight
+        wx += weight * x[i]
+        wy += weight * y[i]
+        wxx += weight * x[i] * x[i]
+        wxy += weight * x[i] * y[i]
+        wyy += weight * y[i] * y[i]
+    return solve_line(w, wx, wy, wxx, wxy, wyy, sigma)
+
+
+@njit(cache=True)
+def solve_line(w, wx, wy, wxx, wxy, wyy, sigma):
+    """Return the fit whose weighted sums are given: the minor axis of the points' scatter."""
+    mx = wx / w
+    my = wy / w
+    sxx = wxx - wx * mx
+    sxy = wxy - wx * my
+    syy = wyy - wy * my
+    theta = 0.5 * math.atan2(-2.0 * sxy, syy - sxx)
+    if theta < 0.0:
+        theta += math.pi
+    if theta >= math.pi:
+        theta = 0.0
+    c = math.cos(theta)
+    s = math.sin(theta)
+    centre = my * c - mx * s
+    spread = max(sxx * s * s - 2.0 * sxy * s * c + syy * c * c, 1e-12)
+    var_theta = sigma * sigma / spread
+    var_d = sigma * sigma / w + centre * centre * var_theta
+    return theta, mx * c + my * s, var_theta, centre * var_theta, var_d
+
+
+@njit(cache=True)
+def is_gap(beams_apart, metres_apart, max_missed, max_gap):
+    """Tell whether the way between two successive points of a line is a gap in its surface.
+
+    Neighbouring beams leave no gap that could be seen, however far apart they land.
+    """
+    return beams_apart > max_missed + 1 and metres_apart > max_gap
+
+
+@njit(cache=True)
+def cut_segments(x, y, beam, beams, theta, d, members, max_missed, max_gap):
+    """Cut lines into segments where their points leave a gap.
+
+    Parameters
+    ----------
+    beams : int
+        Number of beams of the scan.
+    theta, d : (L,) arrays
+        The lines.
+    members : (L, P) bool array
+        Which points lie on each line.
+    max_missed, max_gap : int, float
+        A gap has more beams off the line than the one, and is wider than the other [m].
+
+    Returns
+    -------
+    line (S,), endpoints (S, 2, 2), support (S,), rms (S,), points (S, beams) : arrays
+        As in `LineSegments`.
+    """
+    n = x.size
+    first = np.empty(members.size, np.int64)
+    line = np.empty(members.size, np.int64)
+    last = np.empty(members.size, np.int64)
+    count = 0
+    for k in range(theta.size):
+        c = math.cos(theta[k])
+        s = math.sin(theta[k])
+        before = -1
+        for i in range(n):
+            if not members[k, i]:
+                continue
+            if before >= 0:
+                apart = abs((y[i] - y[before]) * c - (x[i] - x[before]) * s)
+            if before < 0 or is_gap(beam[i] - beam[before], apart, max_missed, max_gap):
+                line[count] = k
+                first[count] = i
+                count += 1
+            last[count - 1] = i
+            before = i
+    endpoints = np.empty((count, 2, 2))
+    support = np.zeros(count)
+    rms = np.zeros(count)
+    points = np.zeros((count, beams), np.bool_)
+    for j in range(count):
+        k = line[j]
+        c = math.cos(theta[k])
+        s = math.sin(theta[k])
+        for i in range(first[j], last[j] + 1):
+            if members[k, i]:
+                error = x[i] * c + y[i] * s - d[k]
+                support[j] += 1.0
+                rms[j] += error * error
+                points[j, beam[i]] = True
+        rms[j] = math.sqrt(rms[j] / support[j])
+        for end, i in enumerate((first[j], last[j])):
+            error = x[i] * c + y[i] * s - d[k]
+            endpoints[j, end, 0] = x[i] - error * c
+            endpoints[j, end, 1] = y[i] - error * s
+    return line[:count].copy(), endpoints, support, rms, points

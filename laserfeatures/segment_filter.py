@@ -1,0 +1,147 @@
+"""The stage that removes segments which are no reliable surface (the paper's section II.C)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from laserfeatures.data import Lines, LineSegments
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmentFilter:
+    """Remove small, bad and repeated segments, then the lines that have none left.
+
+    Parameters
+    ----------
+    min_points : int
+        Segments of fewer points go (the paper's MinPuntos).
+    max_error : float
+        Segments whose rms distance from their line is larger go [m] (MaxError).
+    min_angle : float
+        Of two segments whose lines cross at less than this angle [rad] and that are copies of one
+        surface, the one with fewer points goes, or with as many, the one of larger error (MinAng).
+    copy_distance : float
+        Segments are copies where the smaller shares half of its points with the larger, or runs
+        over it by half of its length at less than this distance [m]. The walls of a corridor are
+        not copies.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+
+    References
+    ----------
+    The paper, section II.C, with the values of its section III.C; a larger `max_error`, for
+    sensors that are noisier than the paper's.
+    """
+
+    min_points: int = 4
+    max_error: float = 0.15
+    min_angle: float = math.radians(15.0)
+    copy_distance: float = 0.08
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        if not self.min_points >= 1:
+            raise ValueError(f"min_points must be >= 1, got {self.min_points!r}")
+        if not self.max_error > 0:
+            raise ValueError(f"max_error must be > 0 m, got {self.max_error!r}")
+        if not 0 <= self.min_angle <= math.pi / 2:
+            raise ValueError(f"min_angle must be in [0, pi/2] rad, got {self.min_angle!r}")
+        if not self.copy_distance >= 0:
+            raise ValueError(f"copy_distance must be >= 0 m, got {self.copy_distance!r}")
+
+    def __call__(self, segments: LineSegments) -> LineSegments:
+        """Return the segments that are worth keeping, with their lines numbered anew."""
+        lines = segments.lines
+        keep = _reliable(
+            lines.theta,
+            segments.line,
+            segments.endpoints,
+            segments.support,
+            segments.rms,
+            segments.points,
+            self.min_points,
+            self.max_error,
+            math.sin(self.min_angle),
+            self.copy_distance,
+        )
+        used, number = _number_lines(segments.line, keep, len(lines))
+        if used.size == len(lines) and keep.all():
+            return segments
+        return LineSegments.trusted(
+            lines=Lines.trusted(
+                theta=lines.theta[used],
+                d=lines.d[used],
+                support=lines.support[used],
+                covariance=lines.covariance[used],
+            ),
+            line=number[segments.line[keep]],
+            endpoints=segments.endpoints[keep],
+            support=segments.support[keep],
+            rms=segments.rms[keep],
+            points=segments.points[keep],
+        )
+
+
+@njit(cache=True)
+def _number_lines(line, keep, lines):
+    """Return the lines that have a segment left, and each line's new number."""
+    number = np.full(lines, -1)
+    for j in range(line.size):
+        if keep[j]:
+            number[line[j]] = 0
+    used = np.flatnonzero(number == 0)
+    for new in range(used.size):
+        number[used[new]] = new
+    return used, number
+
+
+@njit(cache=True)
+def _reliable(
+    theta, line, endpoints, support, rms, points, min_points, max_error, sin_min, copy_distance
+):
+    """Return which segments to keep, (S,) bool."""
+    count = line.size
+    keep = np.empty(count, np.bool_)
+    for j in range(count):
+        keep[j] = support[j] >= min_points and rms[j] <= max_error
+    for a in range(count):
+        for b in range(a + 1, count):
+            if not (keep[a] and keep[b]) or line[a] == line[b]:
+                continue
+            if abs(math.sin(theta[line[a]] - theta[line[b]])) >= sin_min:
+                continue
+            better, worse = a, b
+            if support[b] > support[a] or (support[b] == support[a] and rms[b] < rms[a]):
+                better, worse = b, a
+            if _is_copy(endpoints, support, points, better, worse, copy_distance):
+                keep[worse] = False
+    return keep
+
+
+@njit(cache=True)
+def _is_copy(endpoints, support, points, better, worse, copy_distance):
+    """Tell whether a segment shares half of its points with a better one, or runs over it."""
+    shared = 0
+    for i in range(points.shape[1]):
+        shared += points[better, i] & points[worse, i]
+    if 2 * shared >= support[worse]:
+        return True
+    start = endpoints[better, 0]
+    ux, uy = endpoints[better, 1] - start
+    length = math.hypot(ux, uy)
+    if length == 0.0:
+        return False
+    ux /= length
+    uy /= length
+    ax, ay = endpoints[worse, 0] - start
+    bx, by = endpoints[worse, 1] - start
+    low = min(ax * ux + ay * uy, bx * ux + by * uy)
+    high = max(ax * ux + ay * uy, bx * ux + by * uy)
+    apart = abs(0.5 * (ax + bx) * uy - 0.5 * (ay + by) * ux)
+    over = min(high, length) - max(low, 0.0)
+    return over > 0.0 and over >= 0.5 * (high - low) and apart < copy_distance

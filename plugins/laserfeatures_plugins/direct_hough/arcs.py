@@ -1,0 +1,70 @@
+"""Kernel that sets round objects (poles, table legs, people's legs) aside before the vote."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+MAX_MISSED = 2  # beams without a return inside one object
+
+
+@njit(cache=True)
+def set_arcs_aside(x, y, beam, sigma, jump, max_radius, label, owner):
+    """Label the points of isolated objects whose visible side is an arc convex to the sensor.
+
+    An object is a stretch of the scan between two jumps of more than `jump` metres. It is an arc
+    where a circle explains its points and a line does not.
+    """
+    first = 0
+    for i in range(1, x.size + 1):
+        if i < x.size:
+            step = (x[i] - x[i - 1]) ** 2 + (y[i] - y[i - 1]) ** 2
+            if step <= jump * jump and beam[i] - beam[i - 1] <= MAX_MISSED + 1:
+                continue
+        across = (x[i - 1] - x[first]) ** 2 + (y[i - 1] - y[first]) ** 2
+        if (
+            i - first >= 4
+            and across < 5.0 * max_radius * max_radius
+            and is_arc(x[first:i], y[first:i], sigma, max_radius)
+        ):
+            owner[first:i] = label
+        first = i
+
+
+@njit(cache=True)
+def is_arc(x, y, sigma, max_radius):
+    """Tell whether points lie on a circle that bulges towards the sensor, and on no line.
+
+    The circle is the algebraic least-squares fit (Kasa 1976).
+    """
+    n = x.size
+    mx = x.mean()
+    my = y.mean()
+    uu = uv = vv = uuu = uuv = uvv = vvv = 0.0
+    for i in range(n):
+        u = x[i] - mx
+        v = y[i] - my
+        uu += u * u
+        uv += u * v
+        vv += v * v
+        uuu += u * u * u
+        uuv += u * u * v
+        uvv += u * v * v
+        vvv += v * v * v
+    off_line = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))
+    det = uu * vv - uv * uv
+    if off_line < (n - 2) * (1.5 * sigma) ** 2 or det <= 0.0:
+        return False
+    p = 0.5 * (uuu + uvv)
+    q = 0.5 * (vvv + uuv)
+    cu = (p * vv - q * uv) / det
+    cv = (q * uu - p * uv) / det
+    radius = math.sqrt(cu * cu + cv * cv + (uu + vv) / n)
+    cx = cu + mx
+    cy = cv + my
+    if radius > max_radius or cx * cx + cy * cy < mx * mx + my * my:
+        return False
+    off_circle = 0.0
+    for i in range(n):
+        off_circle += (math.hypot(x[i] - cx, y[i] - cy) - radius) ** 2
+    return off_circle < max(n - 3, 1) * (1.7 * sigma) ** 2

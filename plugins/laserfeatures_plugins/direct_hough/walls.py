@@ -1,0 +1,158 @@
+"""Kernels that turn peaks into walls: grow, fit, test, merge, share out the points."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from laserfeatures.geometry import INCIDENCE_FLOOR, fit_line, is_gap
+
+FREE = -1  # owner of a point that nothing has explained yet
+MAX_FITS = 6  # refits of one wall; nearly all settle after three
+MIN_SIGMA = 0.002  # [m]; no scanner that this is for measures better
+GRAZING = 0.06  # cos(incidence) under which a few points are a jump edge rather than a wall
+CURVED = 4.0  # standard deviations at which a quadratic term is no chance
+
+
+@njit(cache=True)
+def estimate_sigma(x, y, beam):
+    """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
+
+    The median over triples of neighbouring beams takes no notice of corners, edges and outliers
+    while most triples are on walls.
+    """
+    stride = max(1, x.size // 150)  # more triples than that cost time and gain nothing
+    noise = np.empty(x.size)
+    count = 0
+    for i in range(1, x.size - 1, stride):
+        dx = x[i + 1] - x[i - 1]
+        dy = y[i + 1] - y[i - 1]
+        length = math.sqrt(dx * dx + dy * dy)
+        if beam[i + 1] - beam[i - 1] != 2 or length == 0.0:
+            continue
+        off = abs((x[i] - x[i - 1]) * dy - (y[i] - y[i - 1]) * dx) / length
+        incidence = abs(x[i] * dy - y[i] * dx) / (length * math.hypot(x[i], y[i]))
+        if incidence > 0.2:
+            noise[count] = off / incidence
+            count += 1
+    if count < 8:
+        return 5.0 * MIN_SIGMA
+    # The variance of the offset is (1 + 1/4 + 1/4) sigma^2; 0.6745 sigma is a median deviation.
+    sigma = np.median(noise[:count]) / (math.sqrt(1.5) * 0.6745)
+    return min(max(sigma, MIN_SIGMA), 0.1)
+
+
+@njit(cache=True)
+def last_inlier(x, y, beam, owner, start, way, theta, d, gate, max_missed, max_gap):
+    """Walk along the scan from `start` (way = 1 or -1) to the last inlier before a gap."""
+    c = math.cos(theta)
+    s = math.sin(theta)
+    last = start
+    along_last = y[start] * c - x[start] * s
+    i = start + way
+    while 0 <= i < x.size:
+        normal = x[i] * c + y[i] * s
+        along = y[i] * c - x[i] * s
+        inlier = owner[i] == FREE and abs(normal - d) < gate
+        if not inlier:  # where this beam would have met the line
+            along = along * d / normal if normal * d > 0.0 else math.inf
+        if is_gap(abs(beam[i] - beam[last]), abs(along - along_last), max_missed, max_gap):
+            break
+        if inlier:
+            last = i
+            along_last = along
+        i += way
+    return last
+
+
+@njit(cache=True)
+def grow(x, y, beam, owner, seed, theta, d, gate, max_missed, max_gap, members):
+    """Put the free points of the run around `seed` into `members`; return their number."""
+    c = math.cos(theta)
+    s = math.sin(theta)
+    first = last_inlier(x, y, beam, owner, seed, -1, theta, d, gate, max_missed, max_gap)
+    last = last_inlier(x, y, beam, owner, seed, 1, theta, d, gate, max_missed, max_gap)
+    count = 0
+    for i in range(first, last + 1):
+        if owner[i] == FREE and abs(x[i] * c + y[i] * s - d) < gate:
+            members[count] = i
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def is_wall(x, y, members, fit, sigma):
+    """Tell whether points and their fit are what a flat wall would give; also their noise."""
+    theta, d = fit[0], fit[1]
+    c = math.cos(theta)
+    s = math.sin(theta)
+    n = members.size
+    centre = 0.0
+    for i in members:
+        centre += (y[i] * c - x[i] * s) / n
+    t2 = t3 = t4 = e0 = e1 = e2 = ee = cosine = noise = 0.0
+    for i in members:
+        normal = x[i] * c + y[i] * s
+        along = y[i] * c - x[i] * s - centre
+        error = normal - d
+        square = along * along
+        t2 += square
+        t3 += square * along
+        t4 += square * square
+        e0 += error
+        e1 += error * along
+        e2 += error * square
+        ee += error * error
+        incidence = abs(normal) / math.hypot(x[i], y[i])
+        cosine += incidence / n
+        noise += (incidence * incidence + INCIDENCE_FLOOR) / n
+    residual = ee / max(n - 2, 1)
+    if residual > (2.0 * sigma) ** 2 or (cosine < GRAZING and n < 12):
+        return False, 0.0
+    # The quadratic term that is left once constant and slope are taken out of along^2.
+    skew = t3 / t2
+    quadratic = t4 - skew * t3 - t2 * t2 / n
+    if quadratic > 0.0:
+        bend = (e2 - skew * e1 - t2 * e0 / n) / quadratic
+        sagitta = abs(bend) * 3.0 * t2 / n
+        if abs(bend) * math.sqrt(quadratic) > CURVED * sigma and sagitta > 0.5 * sigma:
+            return False, 0.0
+    return True, residual / noise
+
+
+@njit(cache=True)
+def find_wall(x, y, beam, owner, seed, theta, d, width, gate, sigma, cut, members):
+    """Grow and refit a wall from a peak until it settles; return its number of points and fit.
+
+    `cut` is (min_points, max_missed, max_gap). The number is 0 where the peak is no wall.
+    """
+    fit = (theta, d, 0.0, 0.0, 0.0)
+    count = before = first = 0
+    reach = width
+    for _ in range(MAX_FITS):
+        count = grow(x, y, beam, owner, seed, fit[0], fit[1], reach, cut[1], cut[2], members)
+        if count < cut[0]:
+            return 0, fit
+        if count == before and members[0] == first:
+            break
+        before = count
+        first = members[0]
+        fit = fit_line(x, y, members[:count], fit[0], sigma)
+        reach = gate
+        seed = nearest_member(x, y, members[:count], fit[0], fit[1])
+    return count, fit
+
+
+@njit(cache=True)
+def nearest_member(x, y, members, theta, d):
+    """Return the point nearest to the line among the middle ones of a run."""
+    c = math.cos(theta)
+    s = math.sin(theta)
+    nearest = members[0]
+    least = math.inf
+    for i in members[members.size // 4 : members.size - members.size // 4]:
+        error = abs(x[i] * c + y[i] * s - d)
+        if error < least:
+            least = error
+            nearest = i
+    return nearest
