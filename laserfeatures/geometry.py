@@ -14,6 +14,7 @@ from numba import njit
 # Other errors (beam width, beam angle, roughness) do not vanish at grazing incidence: this adds them
 # as a share of the range variance.
 INCIDENCE_FLOOR = 0.02
+JUMP = 8.0  # growth of the spacing of points along a wall, from one beam to the next, at the most
 
 
 @njit(cache=True)
@@ -80,12 +81,15 @@ def solve_line(w, wx, wy, wxx, wxy, wyy, sigma):
 
 
 @njit(cache=True)
-def is_gap(beams_apart, metres_apart, max_missed, max_gap):
+def is_gap(beams_apart, metres_apart, spacing, max_missed, max_gap):
     """Tell whether the way between two successive points of a line is a gap in its surface.
 
-    Neighbouring beams leave no gap that could be seen, however far apart they land.
+    It is where it is wide and either misses several beams or jumps: along a wall the way from beam
+    to beam changes smoothly from the `spacing` before, however wide it gets at grazing incidence.
     """
-    return beams_apart > max_missed + 1 and metres_apart > max_gap
+    return metres_apart > max_gap and (
+        beams_apart > max_missed + 1 or metres_apart > JUMP * beams_apart * spacing
+    )
 
 
 @njit(cache=True)
@@ -117,15 +121,22 @@ def cut_segments(x, y, beam, beams, theta, d, members, max_missed, max_gap):
         c = math.cos(theta[k])
         s = math.sin(theta[k])
         before = -1
+        spacing = 0.0
         for i in range(n):
             if not members[k, i]:
                 continue
+            apart = 0.0
+            missed = 0
             if before >= 0:
+                missed = beam[i] - beam[before]
                 apart = abs((y[i] - y[before]) * c - (x[i] - x[before]) * s)
-            if before < 0 or is_gap(beam[i] - beam[before], apart, max_missed, max_gap):
+            if before < 0 or is_gap(missed, apart, spacing, max_missed, max_gap):
+                spacing = math.inf
                 line[count] = k
                 first[count] = i
                 count += 1
+            else:
+                spacing = apart / missed
             last[count - 1] = i
             before = i
     endpoints = np.empty((count, 2, 2))

@@ -57,7 +57,7 @@ class SegmentFilter:
     def __call__(self, segments: LineSegments) -> LineSegments:
         """Return the segments that are worth keeping, with their lines numbered anew."""
         lines = segments.lines
-        keep = _reliable(
+        removed, keep, used, number = _reliable(
             lines.theta,
             segments.line,
             segments.endpoints,
@@ -69,8 +69,7 @@ class SegmentFilter:
             math.sin(self.min_angle),
             self.copy_distance,
         )
-        used, number = _number_lines(segments.line, keep, len(lines))
-        if used.size == len(lines) and keep.all():
+        if removed == 0:
             return segments
         return LineSegments.trusted(
             lines=Lines.trusted(
@@ -88,23 +87,10 @@ class SegmentFilter:
 
 
 @njit(cache=True)
-def _number_lines(line, keep, lines):
-    """Return the lines that have a segment left, and each line's new number."""
-    number = np.full(lines, -1)
-    for j in range(line.size):
-        if keep[j]:
-            number[line[j]] = 0
-    used = np.flatnonzero(number == 0)
-    for new in range(used.size):
-        number[used[new]] = new
-    return used, number
-
-
-@njit(cache=True)
 def _reliable(
     theta, line, endpoints, support, rms, points, min_points, max_error, sin_min, copy_distance
 ):
-    """Return which segments to keep, (S,) bool."""
+    """Return how many segments and lines go, which segments stay, and which lines by what number."""
     count = line.size
     keep = np.empty(count, np.bool_)
     for j in range(count):
@@ -120,7 +106,14 @@ def _reliable(
                 better, worse = b, a
             if _is_copy(endpoints, support, points, better, worse, copy_distance):
                 keep[worse] = False
-    return keep
+    number = np.full(theta.size, -1)
+    for j in range(count):
+        if keep[j]:
+            number[line[j]] = 0
+    used = np.flatnonzero(number == 0)
+    for new in range(used.size):
+        number[used[new]] = new
+    return count - keep.sum() + theta.size - used.size, keep, used, number
 
 
 @njit(cache=True)

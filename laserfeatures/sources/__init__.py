@@ -1,4 +1,9 @@
-"""Everything that yields LaserScans from files."""
-from typing import Any
-def open_source(*a: Any, **k: Any) -> Any:
-    raise SystemExit("being written")
+"""Everything that yields LaserScans from files: logs, tables and bags, one module per format.
+
+`open_source` is the way in. A format is a function from a `Log` (path, options, bookkeeping) to an
+iterator of scans; `formats.py` lists them and tells them apart.
+"""
+
+from laserfeatures.sources.source import Source, open_source
+
+__all__ = ["Source", "open_source"]

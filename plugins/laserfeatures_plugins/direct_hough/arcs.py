@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+POST = 0.1  # [m]
 MAX_MISSED = 2  # beams without a return inside one object
 
 
@@ -22,10 +23,12 @@ def set_arcs_aside(x, y, beam, sigma, jump, max_radius, label, owner):
             if step <= jump * jump and beam[i] - beam[i - 1] <= MAX_MISSED + 1:
                 continue
         across = (x[i - 1] - x[first]) ** 2 + (y[i - 1] - y[first]) ** 2
-        if (
-            i - first >= 4
-            and across < 5.0 * max_radius * max_radius
-            and is_arc(x[first:i], y[first:i], sigma, max_radius)
+        if i - first >= 4 and (
+            across < POST * POST
+            or (
+                across < 5.0 * max_radius * max_radius
+                and is_arc(x[first:i], y[first:i], sigma, max_radius)
+            )
         ):
             owner[first:i] = label
         first = i
@@ -53,7 +56,7 @@ def is_arc(x, y, sigma, max_radius):
         vvv += v * v * v
     off_line = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))
     det = uu * vv - uv * uv
-    if off_line < (n - 2) * (1.5 * sigma) ** 2 or det <= 0.0:
+    if off_line < (n - 2) * max(1.5 * sigma, 0.01) ** 2 or det <= 0.0:
         return False
     p = 0.5 * (uuu + uvv)
     q = 0.5 * (vvv + uuv)
@@ -67,4 +70,4 @@ def is_arc(x, y, sigma, max_radius):
     off_circle = 0.0
     for i in range(n):
         off_circle += (math.hypot(x[i] - cx, y[i] - cy) - radius) ** 2
-    return off_circle < max(n - 3, 1) * (1.7 * sigma) ** 2
+    return off_circle < max(n - 3, 1) * max(1.7 * sigma, 0.01) ** 2

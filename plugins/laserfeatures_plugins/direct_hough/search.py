@@ -10,6 +10,7 @@ from laserfeatures_plugins.direct_hough.arcs import set_arcs_aside
 from laserfeatures_plugins.direct_hough.sharing import merge_pieces, share_points
 from laserfeatures_plugins.direct_hough.voting import next_peak, vote_pairs
 from laserfeatures_plugins.direct_hough.walls import (
+    FLATNESS,
     FREE,
     MIN_SIGMA,
     estimate_sigma,
@@ -19,8 +20,7 @@ from laserfeatures_plugins.direct_hough.walls import (
 
 ROUND = -2  # owner of a point on a round object
 MIN_VOTES = 3
-MIN_CHORD = 0.03  # [m]; where chords this short vote, every wall of four beams has had its chance
-MIN_GATE = 0.01  # [m]; walls are no flatter than that
+MIN_CHORD = 0.05  # [m]; where chords this short vote, every wall of four beams has had its chance
 SIGMAS = 3.0  # an inlier's distance from its line in standard deviations
 ENOUGH = 15  # degrees of freedom from which the walls tell the noise better than the triples
 
@@ -38,7 +38,7 @@ def extract(
     owner = np.full(x.size, FREE)
     known = sigma > 0.0
     if not known:
-        sigma = estimate_sigma(x, y, beam)
+        sigma = estimate_sigma(x, y)
     if radius > 0.0:
         set_arcs_aside(x, y, beam, sigma, jump, radius, ROUND, owner)
     walls, sigma = search(
@@ -91,7 +91,7 @@ def search(x, y, beam, owner, cos, sin, distance_step, votes, epoch, sigma, know
             seed = best[peak] & 0xFFFFFFFF
             if owner[seed] != FREE:
                 continue
-            gate = max(SIGMAS * sigma, MIN_GATE)
+            gate = max(SIGMAS * sigma, 1.5 * FLATNESS)
             d = x[seed] * cos[peak] + y[seed] * sin[peak]
             n, fit = find_wall(x, y, beam, owner, seed, peak * math.pi / rows, d,
                                distance_step + gate, gate, sigma, cut, members)  # fmt: skip
@@ -108,9 +108,9 @@ def search(x, y, beam, owner, cos, sin, distance_step, votes, epoch, sigma, know
                 squares += variance * (n - 2)
                 freedom += n - 2
                 if freedom >= ENOUGH:
-                    sigma = min(max(math.sqrt(squares / freedom), MIN_SIGMA), 1.1 * first_guess)
+                    sigma = min(max(math.sqrt(squares / freedom), MIN_SIGMA), 2.0 * first_guess)
         if count == found:
-            chord *= 0.5
+            chord *= 0.4
     return walls[:count], sigma
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from laserfeatures.geometry import INCIDENCE_FLOOR, fit_line, solve_line
-from laserfeatures_plugins.direct_hough.walls import FREE, is_wall
+from laserfeatures_plugins.direct_hough.walls import FLATNESS, is_wall
 
 NEIGHBOURHOOD = 4  # points beside the end of a wall that may belong to the next one
 ROUNDS = 3  # of sharing points out and refitting
@@ -40,7 +40,7 @@ def may_be_one(a, b, sigma):
 @njit(cache=True)
 def merge_pieces(x, y, owner, walls, sigma):
     """Join walls that one line explains, in place: the pieces beside a door are one line."""
-    bound = 1.5 * sigma
+    bound = max(1.5 * sigma, FLATNESS)
     for a in range(walls.shape[0]):
         for b in range(a + 1, walls.shape[0]):
             if walls[a, 5] == 0 or walls[b, 5] == 0 or not may_be_one(walls[a], walls[b], sigma):

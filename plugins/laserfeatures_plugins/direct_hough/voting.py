@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-THINNING = 0.25  # of a chord: points closer than that have the same to say
+THINNING = 0.34  # of a chord: points closer than that have the same to say
 PARTNERS = 2  # the second one counts where the first is an outlier
 FLANK = 3  # rows of theta beside a peak that only repeat it
 BINS = 1024  # of d, used in turns: lines so far apart that they share a bin are told apart later

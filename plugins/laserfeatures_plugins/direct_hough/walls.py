@@ -10,36 +10,48 @@ from laserfeatures.geometry import INCIDENCE_FLOOR, fit_line, is_gap
 FREE = -1  # owner of a point that nothing has explained yet
 MAX_FITS = 6  # refits of one wall; nearly all settle after three
 MIN_SIGMA = 0.002  # [m]; no scanner that this is for measures better
+MAX_SIGMA = 0.1  # [m]; with more noise than that there are no walls to be found
+BASELINE = 0.1  # [m]
+FLATNESS = 0.01  # [m]; real walls, and a real sensor's view of them, are no flatter than that
 GRAZING = 0.06  # cos(incidence) under which a few points are a jump edge rather than a wall
+FLAT_RADIUS = 1.0  # [m]; what bends less is a wall, if no perfect one
 CURVED = 4.0  # standard deviations at which a quadratic term is no chance
 
 
 @njit(cache=True)
-def estimate_sigma(x, y, beam):
+def estimate_sigma(x, y):
     """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
 
-    The median over triples of neighbouring beams takes no notice of corners, edges and outliers
-    while most triples are on walls.
+    The neighbours are taken `BASELINE` metres away, since the noise of nearby beams is often
+    filtered by the sensor. The median takes no notice of corners, edges and outliers while most
+    chords lie on walls.
     """
-    stride = max(1, x.size // 150)  # more triples than that cost time and gain nothing
+    stride = max(1, x.size // 75)  # more chords than that cost time and gain nothing
     noise = np.empty(x.size)
     count = 0
     for i in range(1, x.size - 1, stride):
-        dx = x[i + 1] - x[i - 1]
-        dy = y[i + 1] - y[i - 1]
-        length = math.sqrt(dx * dx + dy * dy)
-        if beam[i + 1] - beam[i - 1] != 2 or length == 0.0:
+        a = i - 1
+        while a > 0 and (x[i] - x[a]) ** 2 + (y[i] - y[a]) ** 2 < BASELINE * BASELINE:
+            a -= 1
+        b = i + 1
+        while b < x.size - 1 and (x[b] - x[i]) ** 2 + (y[b] - y[i]) ** 2 < BASELINE * BASELINE:
+            b += 1
+        dx = x[b] - x[a]
+        dy = y[b] - y[a]
+        square = dx * dx + dy * dy
+        if square == 0.0:
             continue
-        off = abs((x[i] - x[i - 1]) * dy - (y[i] - y[i - 1]) * dx) / length
-        incidence = abs(x[i] * dy - y[i] * dx) / (length * math.hypot(x[i], y[i]))
-        if incidence > 0.2:
-            noise[count] = off / incidence
+        length = math.sqrt(square)
+        off = abs((x[i] - x[a]) * dy - (y[i] - y[a]) * dx) / length
+        share = ((x[i] - x[a]) * dx + (y[i] - y[a]) * dy) / square
+        incidence = abs(x[i] * dy - y[i] * dx) / (length * math.sqrt(x[i] * x[i] + y[i] * y[i]))
+        if incidence > 0.2 and 0.0 < share < 1.0:
+            variance = 1.0 + share * share + (1.0 - share) ** 2
+            noise[count] = off / (incidence * math.sqrt(variance))
             count += 1
     if count < 8:
         return 5.0 * MIN_SIGMA
-    # The variance of the offset is (1 + 1/4 + 1/4) sigma^2; 0.6745 sigma is a median deviation.
-    sigma = np.median(noise[:count]) / (math.sqrt(1.5) * 0.6745)
-    return min(max(sigma, MIN_SIGMA), 0.1)
+    return min(max(np.median(noise[:count]) / 0.6745, MIN_SIGMA), MAX_SIGMA)
 
 
 @njit(cache=True)
@@ -49,18 +61,24 @@ def last_inlier(x, y, beam, owner, start, way, theta, d, gate, max_missed, max_g
     s = math.sin(theta)
     last = start
     along_last = y[start] * c - x[start] * s
+    spacing = math.inf
     i = start + way
     while 0 <= i < x.size:
         normal = x[i] * c + y[i] * s
         along = y[i] * c - x[i] * s
         inlier = owner[i] == FREE and abs(normal - d) < gate
-        if not inlier:  # where this beam would have met the line
-            along = along * d / normal if normal * d > 0.0 else math.inf
-        if is_gap(abs(beam[i] - beam[last]), abs(along - along_last), max_missed, max_gap):
-            break
+        apart = abs(beam[i] - beam[last])
         if inlier:
+            step = abs(along - along_last)
+            if is_gap(apart, step, spacing, max_missed, max_gap):
+                break
             last = i
             along_last = along
+            spacing = step / apart
+        elif apart > max_missed + 1:  # where this beam would have met the line
+            along = along * d / normal if normal * d > 0.0 else math.inf
+            if abs(along - along_last) > max_gap:
+                break
         i += way
     return last
 
@@ -103,19 +121,18 @@ def is_wall(x, y, members, fit, sigma):
         e1 += error * along
         e2 += error * square
         ee += error * error
-        incidence = abs(normal) / math.hypot(x[i], y[i])
+        incidence = abs(normal) / math.sqrt(x[i] * x[i] + y[i] * y[i])
         cosine += incidence / n
         noise += (incidence * incidence + INCIDENCE_FLOOR) / n
     residual = ee / max(n - 2, 1)
-    if residual > (2.0 * sigma) ** 2 or (cosine < GRAZING and n < 12):
+    if residual > max(2.0 * sigma, FLATNESS) ** 2 or (cosine < GRAZING and n < 12):
         return False, 0.0
     # The quadratic term that is left once constant and slope are taken out of along^2.
     skew = t3 / t2
     quadratic = t4 - skew * t3 - t2 * t2 / n
     if quadratic > 0.0:
         bend = (e2 - skew * e1 - t2 * e0 / n) / quadratic
-        sagitta = abs(bend) * 3.0 * t2 / n
-        if abs(bend) * math.sqrt(quadratic) > CURVED * sigma and sagitta > 0.5 * sigma:
+        if abs(bend) * math.sqrt(quadratic) > CURVED * sigma and abs(bend) > 0.5 / FLAT_RADIUS:
             return False, 0.0
     return True, residual / noise
 

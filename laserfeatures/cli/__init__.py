@@ -1,0 +1,37 @@
+"""The ``laserfeatures`` command."""
+
+import click
+
+import laserfeatures as lf
+from laserfeatures.cli.demo import demo
+from laserfeatures.cli.extract import extract
+from laserfeatures.cli.extractors import extractors
+from laserfeatures.cli.group import NAME, CommandGroup
+from laserfeatures.cli.info import info
+from laserfeatures.cli.plot import plot
+
+__all__ = ["main"]
+
+
+@click.group(NAME, cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(lf.__version__, prog_name=NAME)
+def main() -> None:
+    """Line segments and corners out of 2D laser scans.
+
+    \b
+    Start here:
+      laserfeatures demo                                 try it without any data
+      laserfeatures info run.log.gz                      what a log holds
+      laserfeatures plot run.log.gz --scan 0 -o s.png    see what is found
+      laserfeatures extract run.log.gz -o out.jsonl      get it, scan by scan
+
+    \b
+    Completion of commands, options, extractors and parameters: a line for the shell's start file.
+      bash  eval "$(_LASERFEATURES_COMPLETE=bash_source laserfeatures)"
+      zsh   eval "$(_LASERFEATURES_COMPLETE=zsh_source laserfeatures)"
+      fish  _LASERFEATURES_COMPLETE=fish_source laserfeatures | source
+    """  # noqa: D301 - click's mark for lines to keep is a backspace
+
+
+for command in (demo, extract, extractors, info, plot):
+    main.add_command(command)

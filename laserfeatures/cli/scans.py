@@ -1,0 +1,118 @@
+"""What the commands that read scans share: the options, the selection, the progress bar."""
+
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+import laserfeatures as lf
+from laserfeatures.cli import values
+from laserfeatures.sources.formats import FORMATS
+
+if TYPE_CHECKING:
+    from laserfeatures.sources import Source
+
+Command = TypeVar("Command", bound=Callable[..., None])
+
+_OPTIONS = (
+    click.argument("source", type=click.Path()),
+    click.option(
+        "--format",
+        type=click.Choice(list(FORMATS)),
+        metavar="NAME",
+        help=f"Its format, else told by the content: {', '.join(FORMATS)}.",
+    ),
+    click.option("--topic", help="Topic of a bag that has several with laser scans."),
+    click.option(
+        "--on-error",
+        type=click.Choice(["raise", "skip"]),
+        default="raise",
+        show_default=True,
+        help="Stop at a broken record, or skip it and say at the end how many there were.",
+    ),
+    click.option(
+        "--range-max",
+        type=values.Quantity("m"),
+        metavar="LENGTH",
+        help="Range of the sensor, such as 4m: farther returns are dropped. Else the log's own.",
+    ),
+    click.option(
+        "--field-of-view",
+        type=values.Quantity("rad"),
+        metavar="ANGLE",
+        help="From the first to the last beam, such as 180deg, for a log that does not tell.",
+    ),
+)
+
+
+def source_options(command: Command) -> Command:
+    """Give a command the argument SOURCE and the options that say how to read it."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+@contextmanager
+def opened(source: str, **options: Any) -> Iterator["Source"]:
+    """Open a source with those options; at the end say on standard error what was skipped.
+
+    Raises
+    ------
+    click.UsageError
+        If an option makes no sense.
+    SourceError
+        If it cannot be read.
+    """
+    try:
+        opening = lf.open_source(source, **options)
+    except (TypeError, ValueError) as error:
+        raise click.UsageError(str(error)) from error
+    with opening as scans:
+        yield scans
+        if scans.skipped:
+            records = "record" if scans.skipped == 1 else "records"
+            click.echo(
+                f"laserfeatures: skipped {scans.skipped} broken {records}; "
+                f"the first: {scans.first_error}",
+                err=True,
+            )
+
+
+def select(
+    scans: Iterable[lf.LaserScan], name: str, start: int, count: int | None
+) -> Iterator[tuple[int, lf.LaserScan]]:
+    """Yield `count` scans from number `start` on, each with its number.
+
+    Raises
+    ------
+    SourceError
+        If there is no scan `start`; the message says how many there are.
+    """
+    total = 0
+    stop = math.inf if count is None else start + count
+    for index, scan in enumerate(scans):
+        if index >= start:
+            yield index, scan
+        total = index + 1
+        if total >= stop:
+            return
+    if total <= start:
+        raise lf.SourceError(
+            f"{name}: there is no scan {start}: "
+            + (f"the log has {total}, 0 to {total - 1}" if total else "the log has none")
+        )
+
+
+@contextmanager
+def progress(
+    items: Iterable[Any], *, length: int | None, to_stdout: bool
+) -> Iterator[Iterable[Any]]:
+    """Show a bar on a terminal, and nothing in a pipe or where it would cross the output."""
+    hidden = not sys.stderr.isatty() or (to_stdout and sys.stdout.isatty())
+    with click.progressbar(
+        items, length=length, label="scans", show_pos=True, hidden=hidden, file=sys.stderr
+    ) as bar:
+        yield bar

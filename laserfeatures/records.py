@@ -1,0 +1,104 @@
+"""Features as plain records, to be written as JSON or CSV."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserfeatures.data import Features
+
+COLUMNS = (
+    *("index", "stamp", "kind", "id"),
+    *("theta", "d", "support", "line", "x1", "y1", "x2", "y2", "rms"),
+    *("x", "y", "line_1", "line_2", "angle", "real", "cov_xx", "cov_xy", "cov_yy"),
+)
+"""The columns of the table that `to_rows` gives; a row fills those of its kind."""
+
+
+def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
+    """Return features as a dictionary of plain Python values that JSON can hold.
+
+    Parameters
+    ----------
+    features : Features
+        What an extractor found in one scan.
+    index : int, optional
+        Number of the scan in its log, from 0.
+
+    Returns
+    -------
+    dict
+        ``{"index", "stamp", "lines": [{"theta", "d", "support"}], "segments": [{"line", "x1", "y1",
+        "x2", "y2", "support", "rms"}], "corners": [{"x", "y", "lines": [i, j], "angle", "real",
+        "cov": [[..], [..]]}]}``: metres, radians and seconds in the sensor's frame; "line" and
+        "lines" count in this record's lines. None stands for what is not finite, such as the stamp
+        of a log without stamps.
+    """
+    lines, segments, corners = features.lines, features.segments, features.corners
+    x1, y1, x2, y2 = segments.endpoints.reshape(-1, 4).T
+    x, y = corners.positions.T
+    return {
+        "index": index,
+        "stamp": features.scan.stamp if math.isfinite(features.scan.stamp) else None,
+        "lines": _dicts(theta=lines.theta, d=lines.d, support=_counts(lines.support)),
+        "segments": _dicts(
+            line=segments.line,
+            x1=x1,
+            y1=y1,
+            x2=x2,
+            y2=y2,
+            support=_counts(segments.support),
+            rms=segments.rms,
+        ),
+        "corners": _dicts(
+            x=x,
+            y=y,
+            lines=corners.lines,
+            angle=corners.angles,
+            real=corners.real,
+            cov=corners.covariance,
+        ),
+    }
+
+
+def to_rows(record: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of one tidy table: a row for each line, segment and corner.
+
+    Parameters
+    ----------
+    record : dict
+        As `to_record` returns it.
+
+    Yields
+    ------
+    dict
+        Some of `COLUMNS`. "kind" is line, segment or corner, "id" counts within scan and kind.
+    """
+    scan = {"index": record["index"], "stamp": record["stamp"]}
+    for kind in ("line", "segment", "corner"):
+        for i, item in enumerate(record[f"{kind}s"]):
+            row = {**scan, "kind": kind, "id": i, **item}
+            if kind == "corner":
+                row["line_1"], row["line_2"] = row.pop("lines")
+                (row["cov_xx"], row["cov_xy"]), (_, row["cov_yy"]) = row.pop("cov")
+            yield row
+
+
+def _counts(support: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.rint(support).astype(np.int64)  # a number of points reads as 23, not 23.0
+
+
+def _dicts(**columns: NDArray[Any]) -> list[dict[str, Any]]:
+    rows = zip(*map(_finite, columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def _finite(column: NDArray[Any]) -> list[Any]:
+    known = np.isfinite(column)
+    if not known.all():
+        column = column.astype(object)
+        column[~known] = None
+    items: list[Any] = column.tolist()
+    return items

@@ -1,0 +1,73 @@
+"""Opening files: plain or gzip is told by the first bytes, never by the name."""
+
+import gzip
+import zlib
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from laserfeatures.errors import SourceError
+
+GZIP_MAGIC = b"\x1f\x8b"
+HEAD_BYTES = 1 << 16  # enough for the longest preamble seen (171 PARAM lines)
+DAMAGE = (EOFError, OSError, zlib.error)  # what reading a damaged gzip file raises
+
+
+def is_gzip(path: Path) -> bool:
+    """Return whether the file at `path` is gzip data."""
+    try:
+        with path.open("rb") as file:
+            return file.read(2) == GZIP_MAGIC
+    except OSError as error:
+        raise cannot_open(path, error) from error
+
+
+def open_stream(path: Path) -> BinaryIO:
+    """Open the file at `path` for reading bytes, unpacked if it is gzip data."""
+    packed = is_gzip(path)
+    try:
+        return cast("BinaryIO", gzip.open(path, "rb")) if packed else path.open("rb")
+    except OSError as error:
+        raise cannot_open(path, error) from error
+
+
+def read_head(path: Path) -> bytes:
+    """Return the first bytes of the file at `path`, unpacked, as far as they can be unpacked.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be opened or is empty.
+    """
+    try:
+        with path.open("rb") as file:
+            raw = file.read(HEAD_BYTES)
+    except OSError as error:
+        raise cannot_open(path, error) from error
+    if not raw:
+        raise SourceError(f"{path}: the file is empty; expected a log, table or bag of laser scans")
+    if not raw.startswith(GZIP_MAGIC):
+        return raw
+    head = _unpack(raw)
+    if not head:
+        raise SourceError(
+            f"{path}: the gzip data hold no content, or are damaged at the start; "
+            "fetch or write the file again"
+        )
+    return head
+
+
+def _unpack(raw: bytes) -> bytes:
+    """Unpack the start of gzip data; unlike the gzip module, give what comes before a damage."""
+    unpacker = zlib.decompressobj(wbits=31)
+    head = b""
+    try:
+        for start in range(0, len(raw), 512):
+            head += unpacker.decompress(raw[start : start + 512], HEAD_BYTES)
+    except zlib.error:
+        pass  # the reader meets the damage again, and says where
+    return head[:HEAD_BYTES]
+
+
+def cannot_open(path: Path, error: OSError) -> SourceError:
+    """Say in one line why the file at `path` cannot be opened."""
+    return SourceError(f"{path}: cannot be opened: {error.strerror or error}")

@@ -1,0 +1,88 @@
+"""The table of formats, and telling them apart by content."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from laserfeatures.errors import SourceError
+from laserfeatures.registry import near_names
+from laserfeatures.sources.breezy import is_breezy, read_breezy
+from laserfeatures.sources.brenner import is_brenner, read_brenner, scan_files
+from laserfeatures.sources.carmen import is_carmen, read_carmen
+from laserfeatures.sources.files import is_gzip, read_head
+from laserfeatures.sources.gfs import is_gfs, read_gfs
+from laserfeatures.sources.log import Log, Scans
+from laserfeatures.sources.npz import read_npz
+from laserfeatures.sources.rosbag import MAGIC, read_bag
+from laserfeatures.sources.rplidar import is_rplidar, read_rplidar
+from laserfeatures.sources.table import WANTED, is_table, read_table
+from laserfeatures.sources.urg_csv import is_urg_csv, read_urg_csv
+
+
+class Format(NamedTuple):
+    """How a format is told and read, and which options it takes besides `on_error`."""
+
+    is_it: Callable[[bytes], bool]
+    read: Callable[[Log], Scans]
+    options: tuple[str, ...] = ("range_max",)
+
+
+def _starts(magic: bytes) -> Callable[[bytes], bool]:
+    return lambda head: head.startswith(magic)
+
+
+SICK = ("range_max", "field_of_view")
+BAG = ("range_max", "topic")
+FORMATS = {  # in the order in which they are tried: the unmistakable ones first
+    "rosbag1": Format(_starts(MAGIC[".bag"]), read_bag, BAG),
+    "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG),
+    "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG),
+    "npz": Format(_starts(b"PK"), read_npz),
+    "gfs": Format(is_gfs, read_gfs, SICK),
+    "carmen": Format(is_carmen, read_carmen, SICK),
+    "brenner": Format(is_brenner, read_brenner),
+    "rplidar": Format(is_rplidar, read_rplidar),
+    "urg_csv": Format(is_urg_csv, read_urg_csv),
+    "csv": Format(is_table, read_table),
+    "breezyslam": Format(is_breezy, read_breezy),
+}
+
+
+def find_format(path: Path, name: str | None) -> str:
+    """Return the name of the format of the file or folder at `path`, by its content.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be opened, is empty, or is none of the formats.
+    ValueError
+        If `name` is given and is no format's.
+    """
+    if name is not None:
+        if name not in FORMATS:
+            raise ValueError(f"there is no format {name!r}; {near_names(name, FORMATS)}")
+        return name
+    if path.is_dir():
+        return _folder_format(path)
+    head = read_head(path)
+    found = next((name for name, format_ in FORMATS.items() if format_.is_it(head)), None)
+    if found is None:
+        raise SourceError(
+            f"{path}: expected one of the formats {', '.join(FORMATS)}, got a file that starts "
+            f"with {head[:24]!r}; name its format with format=, or write a table with the header "
+            f"{WANTED}"
+        )
+    if FORMATS[found].read is read_bag and is_gzip(path):
+        raise SourceError(f"{path}: expected a bag that is not packed, got gzip; gunzip it first")
+    return found
+
+
+def _folder_format(path: Path) -> str:
+    if (path / "metadata.yaml").is_file():
+        return "rosbag2"
+    if scan_files(path):
+        return "brenner"
+    raise SourceError(
+        f"{path}: expected a ROS 2 bag (a folder with metadata.yaml) or a folder with a file of S "
+        "records, got neither; pass the file itself"
+    )

@@ -1,0 +1,111 @@
+"""What every reader gets: the path, the options and the bookkeeping of broken records."""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, TypeVar
+
+from laserfeatures.data import LaserScan
+from laserfeatures.errors import SourceError
+from laserfeatures.sources.files import DAMAGE, open_stream
+
+OnError = Literal["raise", "skip"]
+Poses = Literal["none", "odometry", "corrected"]
+LONGEST_PROBLEM = 300  # characters: a damaged line may be of any length
+Scans = Generator[LaserScan, None, None]
+Parsed = TypeVar("Parsed")
+
+
+@dataclass
+class Log:
+    """A log being read.
+
+    Parameters
+    ----------
+    path : Path
+        The file or folder.
+    on_error : {"raise", "skip"}
+        What to do about a broken record.
+    topic : str or None
+        Which topic of a bag to read.
+    range_max : float or None
+        Overrides the sensor's limit [m].
+    field_of_view : float or None
+        Angle from the first to the last beam [rad], where the format does not say.
+    poses : {"none", "odometry", "corrected"}
+        What the scans' poses are; a reader sets it before its first scan.
+    skipped : int
+        Number of broken records so far.
+    first_error : str or None
+        What was wrong with the first of them.
+    """
+
+    path: Path
+    on_error: OnError = "raise"
+    topic: str | None = None
+    range_max: float | None = None
+    field_of_view: float | None = None
+    poses: Poses = field(default="none", init=False)
+    skipped: int = field(default=0, init=False)
+    first_error: str | None = field(default=None, init=False)
+
+    def broken(self, where: object, problem: object, cause: BaseException) -> None:
+        """Raise a broken record's error, or count it.
+
+        Parameters
+        ----------
+        where : object
+            Line number, message number or key.
+        problem : object
+            What was expected and what came.
+        cause : Exception
+            What found it.
+
+        Raises
+        ------
+        SourceError
+            Unless `on_error` is "skip".
+        """
+        text = " ".join(str(problem).split())[:LONGEST_PROBLEM]
+        message = f"{self.path}:{where}: {text}"
+        if self.on_error == "raise":
+            raise SourceError(f"{message}; on_error='skip' reads on without it") from cause
+        self.skipped += 1
+        self.first_error = self.first_error or message
+
+    def records(
+        self, parse: Callable[[bytes], Parsed | None], path: Path | None = None
+    ) -> Iterator[Parsed]:
+        """Parse the file line by line.
+
+        Parameters
+        ----------
+        parse : callable
+            From a line to a record, or to None where the line holds none. Raises a ValueError that
+            says what was expected and what came if the line is broken.
+        path : Path, optional
+            The file, where that is not the log's own path.
+
+        Yields
+        ------
+        Parsed
+            The records in order; broken ones go to `broken`, as does the end of damaged gzip data.
+        """
+        number = 0
+        with open_stream(path or self.path) as stream:
+            while True:
+                number += 1
+                try:
+                    line = stream.readline()
+                except DAMAGE as error:
+                    self.broken(number, f"the file is cut or damaged from here on ({error})", error)
+                    return
+                if not line:
+                    return
+                try:
+                    record = parse(line)
+                except ValueError as error:
+                    self.broken(number, error, error)
+                    continue
+                if record is not None:
+                    yield record

@@ -1,0 +1,133 @@
+import csv
+import json
+
+import pytest
+from cli_runs import carmen_log, fails, run
+
+import laserfeatures as lf
+from laserfeatures import registry
+from laserfeatures.records import COLUMNS, to_record
+
+
+@pytest.fixture
+def log(tmp_path):
+    return carmen_log(tmp_path / "hallway.log")
+
+
+def records(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_each_scan_is_a_line_of_json_with_the_library_s_own_numbers(log):
+    result = run("extract", log)
+    assert result.exit_code == 0
+    extractor = lf.get_extractor("direct_hough")
+    with lf.open_source(log) as scans:
+        expected = [to_record(extractor(scan), index) for index, scan in enumerate(scans)]
+    assert records(result.stdout) == expected
+    assert [record["stamp"] for record in expected] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+    assert all(record["lines"] and record["segments"] for record in expected)
+    assert any(record["corners"] for record in expected)
+    assert not result.stderr
+
+
+def test_start_and_count_choose_scans_and_keep_their_numbers(log):
+    every = records(run("extract", log).stdout)
+    assert records(run("extract", log, "--start", 1, "--count", 2).stdout) == every[1:3]
+    assert records(run("extract", log, "--start", 3, "--count", 99).stdout) == every[3:]
+
+
+def test_parameters_reach_detector_and_stages(log):
+    result = run("extract", log, "-p", "theta_step=2deg", "-p", "intersections.max_distance=2m")
+    extractor = lf.get_extractor(
+        "direct_hough",
+        theta_step=0.03490658503988659,
+        intersections=lf.Intersections(max_distance=2.0),
+    )
+    with lf.open_source(log) as scans:
+        expected = [to_record(extractor(scan), index) for index, scan in enumerate(scans)]
+    assert records(result.stdout) == expected
+    assert records(run("extract", log).stdout) != expected
+
+
+def test_range_max_drops_farther_returns(log):
+    near = records(run("extract", log, "--range-max", "300cm").stdout)
+    with lf.open_source(log, range_max=3.0) as scans:
+        extractor = lf.get_extractor("direct_hough")
+        assert near == [to_record(extractor(scan), index) for index, scan in enumerate(scans)]
+
+
+def test_a_file_holds_what_standard_output_would(log, tmp_path):
+    result = run("extract", log, "-o", tmp_path / "out.jsonl")
+    assert result.exit_code == 0
+    assert not result.output
+    assert (tmp_path / "out.jsonl").read_text() == run("extract", log).stdout
+
+
+def test_the_ending_csv_makes_one_tidy_table(log, tmp_path):
+    assert run("extract", log, "-o", tmp_path / "out.CSV").exit_code == 0
+    with (tmp_path / "out.CSV").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS
+    whole = records(run("extract", log).stdout)
+    for kind in ("line", "segment", "corner"):
+        assert sum(row["kind"] == kind for row in rows) == sum(len(r[f"{kind}s"]) for r in whole)
+    corner = next(row for row in rows if row["kind"] == "corner")
+    first = whole[int(corner["index"])]["corners"][0]
+    assert float(corner["x"]) == first["x"]
+    assert float(corner["cov_xy"]) == first["cov"][0][1]
+    assert not corner["theta"]
+
+
+def test_a_start_past_the_end_says_how_many_there_are(log, tmp_path):
+    line = fails("extract", log, "--start", 5, "-o", tmp_path / "out.jsonl")
+    assert "there is no scan 5: the log has 5, 0 to 4" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["hallway.log"]
+
+
+def broken(log):
+    with open(log, encoding="ascii") as file:  # noqa: PTH123 - a string as users give it
+        lines = file.readlines()
+    lines[2] = "FLASER 181 1.0 oops\n"
+    with open(log, "w", encoding="ascii") as file:  # noqa: PTH123 - the same
+        file.writelines(lines)
+
+
+def test_a_broken_record_leaves_no_file(log, tmp_path):
+    broken(log)
+    line = fails("extract", log, "-o", tmp_path / "out.jsonl")
+    assert "hallway.log:3" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["hallway.log"]
+
+
+def test_skipping_says_how_many_and_why(log):
+    broken(log)
+    result = run("extract", log, "--on-error", "skip")
+    assert result.exit_code == 0
+    assert [record["index"] for record in records(result.stdout)] == [0, 1, 2, 3]
+    assert result.stderr.startswith("laserfeatures: skipped 1 broken record; the first: ")
+    assert "hallway.log:3" in result.stderr
+
+
+def test_an_extractor_that_fails_is_named_with_the_scan(log, tmp_path, monkeypatch):
+    detector = lf.get_extractor("direct_hough").detector
+
+    def fragile(scan):
+        if scan.stamp > 0.15:
+            raise ZeroDivisionError("oh\nno")
+        return detector(scan)
+
+    monkeypatch.setitem(registry._registered, "fragile", lambda: fragile)
+    line = fails("extract", log, "-e", "fragile", "-o", tmp_path / "out.jsonl")
+    assert "extractor 'fragile' failed at scan 2: ZeroDivisionError: oh no" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["hallway.log"]
+
+
+def test_an_extractor_that_cannot_be_made_is_named(log, monkeypatch):
+    def factory():
+        raise RuntimeError("no licence")
+
+    monkeypatch.setitem(registry._registered, "shy", factory)
+    assert "extractor 'shy' cannot be made: RuntimeError: no licence" in fails(
+        "extract", log, "-e", "shy"
+    )
