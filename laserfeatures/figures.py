@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from laserfeatures._arrays import FloatArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Features, LaserScan, Lines, PointFeatures, Pose2D
 from laserfeatures.errors import LaserFeaturesError, MissingDependencyError
 
@@ -168,22 +168,21 @@ def draw_scan(axes: "Axes", features: Features, *, removed: FloatArray) -> None:
     _draw_lines(axes, _parameters(features.lines), color=BLUE, label="kept lines", zorder=2)
     _draw_segments(axes, features.segments.endpoints)
     axes.plot(*points.T, "k.", markersize=2.5, label="measured points", zorder=6)
-    draw_corners(axes, corners, ellipses=True)
+    draw_corners(axes, corners)
     draw_sensor(axes, ORIGIN, label="sensor")
-    outside = int(((corners.positions < low) | (corners.positions > high)).any(axis=1).sum())
+    inside = ((corners.positions >= low) & (corners.positions <= high)).all(axis=1)
+    for position, covariance in zip(
+        corners.positions[inside], corners.covariance[inside], strict=True
+    ):
+        _draw_ellipse(axes, position, covariance)
+    outside = len(corners) - int(inside.sum())
     if outside:
         plural = "s" * (outside > 1)
         axes.set_title(f"{outside} corner{plural} outside", loc="right", fontsize="small")
     in_metres(axes, low, high)
 
 
-def draw_corners(
-    axes: "Axes",
-    corners: PointFeatures,
-    *,
-    pose: Pose2D = ORIGIN,
-    ellipses: bool = False,
-) -> None:
+def draw_corners(axes: "Axes", corners: PointFeatures, *, pose: Pose2D = ORIGIN) -> None:
     """Draw corners that were seen from `pose`: real ones filled, virtual ones hollow."""
     for real, face in ((True, BLUE), (False, "white")):
         chosen = corners.real == real
@@ -198,9 +197,6 @@ def draw_corners(
                 label=f"{'real' if real else 'virtual'} corners",
                 zorder=7 if real else 5,
             )
-    if ellipses:
-        for position, covariance in zip(corners.positions, corners.covariance, strict=True):
-            _draw_ellipse(axes, position, covariance)
 
 
 def draw_sensor(axes: "Axes", pose: Pose2D, *, label: str = "") -> None:

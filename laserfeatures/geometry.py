@@ -10,15 +10,22 @@ import math
 import numpy as np
 from numba import njit
 
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+
+Fit = tuple[float, float, float, float, float]
+Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
+
 # A range error moves a point along its beam, so its distance from a line errs by cos(incidence).
-# Other errors (beam width, beam angle, roughness) do not vanish at grazing incidence: this adds them
+# Other errors (beam width and angle, roughness) do not vanish at grazing incidence: this adds them
 # as a share of the range variance.
 INCIDENCE_FLOOR = 0.02
 JUMP = 8.0  # growth of the spacing of points along a wall, from one beam to the next, at the most
 
 
 @njit(cache=True)
-def returns(directions, ranges, range_min, range_max):
+def returns(
+    directions: FloatArray, ranges: FloatArray, range_min: float, range_max: float
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return (x, y, beam) of the valid returns, as `LaserScan.points` and `LaserScan.beams`."""
     n = ranges.size
     x = np.empty(n)
@@ -36,7 +43,7 @@ def returns(directions, ranges, range_min, range_max):
 
 
 @njit(cache=True)
-def fit_line(x, y, members, theta, sigma):
+def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float, sigma: float) -> Fit:
     """Fit a line to the points `members` by weighted total least squares.
 
     The weights are the inverse variances of the points' distances from the line for a range noise
@@ -59,7 +66,9 @@ def fit_line(x, y, members, theta, sigma):
 
 
 @njit(cache=True)
-def solve_line(w, wx, wy, wxx, wxy, wyy, sigma):
+def solve_line(
+    w: float, wx: float, wy: float, wxx: float, wxy: float, wyy: float, sigma: float
+) -> Fit:
     """Return the fit whose weighted sums are given: the minor axis of the points' scatter."""
     mx = wx / w
     my = wy / w
@@ -81,19 +90,37 @@ def solve_line(w, wx, wy, wxx, wxy, wyy, sigma):
 
 
 @njit(cache=True)
-def is_gap(beams_apart, metres_apart, spacing, max_missed, max_gap):
+def is_gap(
+    beams_apart: int,
+    metres_apart: float,
+    spacing: float,
+    max_missed: int,
+    max_gap: float,
+    max_growth: float,
+) -> bool:
     """Tell whether the way between two successive points of a line is a gap in its surface.
 
     It is where it is wide and either misses several beams or jumps: along a wall the way from beam
     to beam changes smoothly from the `spacing` before, however wide it gets at grazing incidence.
     """
     return metres_apart > max_gap and (
-        beams_apart > max_missed + 1 or metres_apart > JUMP * beams_apart * spacing
+        beams_apart > max_missed + 1 or metres_apart > max_growth * beams_apart * spacing
     )
 
 
 @njit(cache=True)
-def cut_segments(x, y, beam, beams, theta, d, members, max_missed, max_gap):
+def cut_segments(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    beams: int,
+    theta: FloatArray,
+    d: FloatArray,
+    members: BoolArray,
+    max_missed: int,
+    max_gap: float,
+    max_growth: float,
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]:
     """Cut lines into segments where their points leave a gap.
 
     Parameters
@@ -104,8 +131,9 @@ def cut_segments(x, y, beam, beams, theta, d, members, max_missed, max_gap):
         The lines.
     members : (L, P) bool array
         Which points lie on each line.
-    max_missed, max_gap : int, float
-        A gap has more beams off the line than the one, and is wider than the other [m].
+    max_missed, max_gap, max_growth : int, float, float
+        A gap is wider than `max_gap` [m], and has more than `max_missed` beams off the line or is
+        more than `max_growth` times as wide for each beam as the step before it.
 
     Returns
     -------
@@ -130,7 +158,7 @@ def cut_segments(x, y, beam, beams, theta, d, members, max_missed, max_gap):
             if before >= 0:
                 missed = beam[i] - beam[before]
                 apart = abs((y[i] - y[before]) * c - (x[i] - x[before]) * s)
-            if before < 0 or is_gap(missed, apart, spacing, max_missed, max_gap):
+            if before < 0 or is_gap(missed, apart, spacing, max_missed, max_gap, max_growth):
                 spacing = math.inf
                 line[count] = k
                 first[count] = i

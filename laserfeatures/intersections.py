@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.data import LineSegments, PointFeatures
 
 
@@ -73,8 +74,17 @@ class Intersections:
 
 @njit(cache=True)
 def _cross(
-    theta, d, covariance, line, endpoints, support, max_distance, sin_min, max_sigma, reach
-):
+    theta: FloatArray,
+    d: FloatArray,
+    covariance: FloatArray,
+    line: IntArray,
+    endpoints: FloatArray,
+    support: FloatArray,
+    max_distance: float,
+    sin_min: float,
+    max_sigma: float,
+    reach: float,
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, BoolArray]:
     """Return positions, covariances, pairs of lines, angles and reality of the corners."""
     lines = theta.size
     most = lines * (lines - 1) // 2
@@ -119,13 +129,23 @@ def _cross(
 
 
 @njit(cache=True)
-def _variance_at(along, covariance):
+def _variance_at(along: float, covariance: FloatArray) -> float:
     """Return the variance of a line's offset at the coordinate `along` it."""
-    return along * along * covariance[0, 0] - 2.0 * along * covariance[0, 1] + covariance[1, 1]
+    cross = covariance[0, 1]
+    return float(along * along * covariance[0, 0] - 2.0 * along * cross + covariance[1, 1])
 
 
 @njit(cache=True)
-def _reaches(x, y, k, d, line, endpoints, support, reach):
+def _reaches(
+    x: float,
+    y: float,
+    k: int,
+    d: float,
+    line: IntArray,
+    endpoints: FloatArray,
+    support: FloatArray,
+    reach: float,
+) -> bool:
     """Tell whether a segment of line k comes near to a point on the line."""
     for j in range(line.size):
         if line[j] != k:

@@ -1,7 +1,8 @@
 """The main path: a line detector, then the two stages that all extractors share."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from laserfeatures.data import Features, LaserScan, LineSegments
 from laserfeatures.errors import PluginError
@@ -26,7 +27,10 @@ class Pipeline:
         Crosses the remaining lines.
     """
 
-    STAGES: ClassVar = {"segment_filter": SegmentFilter, "intersections": Intersections}
+    STAGES: ClassVar[Mapping[str, type[Any]]] = {
+        "segment_filter": SegmentFilter,
+        "intersections": Intersections,
+    }
 
     name: str
     detector: LineDetector

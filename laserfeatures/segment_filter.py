@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.data import Lines, LineSegments
 
 
@@ -88,9 +89,18 @@ class SegmentFilter:
 
 @njit(cache=True)
 def _reliable(
-    theta, line, endpoints, support, rms, points, min_points, max_error, sin_min, copy_distance
-):
-    """Return how many segments and lines go, which segments stay, and which lines by what number."""
+    theta: FloatArray,
+    line: IntArray,
+    endpoints: FloatArray,
+    support: FloatArray,
+    rms: FloatArray,
+    points: BoolArray,
+    min_points: int,
+    max_error: float,
+    sin_min: float,
+    copy_distance: float,
+) -> tuple[int, BoolArray, IntArray, IntArray]:
+    """Return how many segments and lines go, which stay, and the lines' new numbers."""
     count = line.size
     keep = np.empty(count, np.bool_)
     for j in range(count):
@@ -117,7 +127,14 @@ def _reliable(
 
 
 @njit(cache=True)
-def _is_copy(endpoints, support, points, better, worse, copy_distance):
+def _is_copy(
+    endpoints: FloatArray,
+    support: FloatArray,
+    points: BoolArray,
+    better: int,
+    worse: int,
+    copy_distance: float,
+) -> bool:
     """Tell whether a segment shares half of its points with a better one, or runs over it."""
     shared = 0
     for i in range(points.shape[1]):
@@ -137,4 +154,4 @@ def _is_copy(endpoints, support, points, better, worse, copy_distance):
     high = max(ax * ux + ay * uy, bx * ux + by * uy)
     apart = abs(0.5 * (ax + bx) * uy - 0.5 * (ay + by) * ux)
     over = min(high, length) - max(low, 0.0)
-    return over > 0.0 and over >= 0.5 * (high - low) and apart < copy_distance
+    return bool(over > 0.0 and over >= 0.5 * (high - low) and apart < copy_distance)

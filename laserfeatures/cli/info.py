@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 import laserfeatures as lf
-from laserfeatures._arrays import FloatArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.cli.scans import opened, progress, source_options
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import laserfeatures as lf
-from laserfeatures._arrays import FloatArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.cli.extractor import blamed
 from laserfeatures.simulation import Scanner, World
 

@@ -65,8 +65,12 @@ def describe(value: object, unit: str | None) -> str:
     """Return a value as text with its unit, angles in degrees as well."""
     if isinstance(value, tuple):
         return ",".join(describe(item, None) for item in value) + (f" {unit}" if unit else "")
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return str(value).lower() if value is None or isinstance(value, bool) else str(value)
+    if value is None:
+        return f"none [{unit}]" if unit else "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if not isinstance(value, int | float):
+        return str(value)
     text = f"{value:.6g} {unit or ''}".rstrip()
     return f"{text} ({math.degrees(value):.4g} deg)" if unit == "rad" and value else text
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laserfeatures._arrays import FloatArray, IntArray
+from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.simulation.world import World
 

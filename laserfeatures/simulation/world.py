@@ -5,7 +5,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from laserfeatures._arrays import FloatArray, Record, read_only
+from laserfeatures.arrays import FloatArray, Record, read_only
 from laserfeatures.data import Pose2D
 
 

@@ -4,8 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from laserfeatures._arrays import FloatArray
-from laserfeatures.data import FULL_TURN, LaserScan
+from laserfeatures.arrays import FloatArray
+from laserfeatures.scan import FULL_TURN, LaserScan
 
 
 @lru_cache(maxsize=16)

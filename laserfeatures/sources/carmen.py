@@ -19,7 +19,7 @@ import difflib
 import math
 import re
 
-from laserfeatures._arrays import FloatArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Pose2D
 from laserfeatures.sources.beams import even_angles, numbers, spread_angles
 from laserfeatures.sources.log import Log, Scans

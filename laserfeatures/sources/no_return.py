@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laserfeatures._arrays import FloatArray, IntArray
+from laserfeatures.arrays import FloatArray, IntArray
 
 # Lowest and highest code, half a unit wider.
 CENTIMETRE_BAND = (81.825, 81.915)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from laserfeatures._arrays import FloatArray, read_only
+from laserfeatures.arrays import FloatArray, read_only
 from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.errors import SourceError
 from laserfeatures.sources.files import DAMAGE, open_stream

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from laserfeatures._arrays import FloatArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.errors import SourceError
 from laserfeatures.sources.log import Log, Scans

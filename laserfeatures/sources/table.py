@@ -24,9 +24,9 @@ from typing import Protocol
 
 import numpy as np
 
-from laserfeatures._arrays import FloatArray, read_only
-from laserfeatures.data import FULL_TURN, LaserScan, Pose2D
+from laserfeatures.arrays import FloatArray, read_only
 from laserfeatures.errors import SourceError
+from laserfeatures.scan import FULL_TURN, LaserScan, Pose2D
 from laserfeatures.sources.log import Log, Scans
 
 WANTED = (

@@ -2,15 +2,25 @@
 
 import math
 
-import numpy as np
 from numba import njit
+
+from laserfeatures.arrays import FloatArray, IntArray
 
 POST = 0.1  # [m]
 MAX_MISSED = 2  # beams without a return inside one object
 
 
 @njit(cache=True)
-def set_arcs_aside(x, y, beam, sigma, jump, max_radius, label, owner):
+def set_arcs_aside(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    sigma: float,
+    jump: float,
+    max_radius: float,
+    label: int,
+    owner: IntArray,
+) -> None:
     """Label the points of isolated objects whose visible side is an arc convex to the sensor.
 
     An object is a stretch of the scan between two jumps of more than `jump` metres. It is an arc
@@ -35,7 +45,7 @@ def set_arcs_aside(x, y, beam, sigma, jump, max_radius, label, owner):
 
 
 @njit(cache=True)
-def is_arc(x, y, sigma, max_radius):
+def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> bool:
     """Tell whether points lie on a circle that bulges towards the sensor, and on no line.
 
     The circle is the algebraic least-squares fit (Kasa 1976).

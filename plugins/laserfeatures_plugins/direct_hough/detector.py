@@ -1,19 +1,72 @@
 """The default way to run the direct Hough transform."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
 from laserfeatures.data import LaserScan, Lines, LineSegments
+from laserfeatures_plugins.direct_hough.accumulator import (
+    Accumulator,
+    accumulate,
+    check_steps,
+    theta_rows,
+)
+from laserfeatures_plugins.direct_hough.paper import PaperHough
 from laserfeatures_plugins.direct_hough.search import extract
 from laserfeatures_plugins.direct_hough.voting import ROW
 
 
 @dataclass(frozen=True, kw_only=True)
 class DirectHough:
-    """Find walls."""
+    """Find walls by a Hough transform on the points of a scan, refitted to the noise bound.
+
+    Neighbouring points vote together for the lines through both. The peaks are taken one by one:
+    the wall is grown along the scan and refitted until it settles; its points do not vote again, so
+    that the short walls that it hid come forward. Round objects are set aside, pieces of one wall
+    are merged, and the points at corners go to the nearest wall.
+
+    Parameters
+    ----------
+    theta_step : float
+        Angular resolution of the accumulator [rad].
+    distance_step : float
+        Distance resolution of the accumulator [m].
+    range_sigma : float or None
+        Standard deviation of a range [m], from which the inlier bound and all covariances follow.
+        None: estimated from each scan.
+    min_points : int
+        Points that a wall has at least.
+    max_missed : int
+        Successive beams that may miss a wall without a gap in it.
+    max_gap : float
+        Way along a wall that beams may miss it without a gap in it [m].
+    pair_distance : float
+        Distance of the points that vote together at first [m]; later they may be nearer.
+    object_gap : float
+        Successive returns farther apart than this are on different objects [m].
+    max_pole_radius : float
+        Objects that look like part of a circle up to this radius are no walls [m]; 0 keeps them.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+
+    Notes
+    -----
+    ``preset="paper"`` is the paper's literal algorithm, `PaperHough`.
+
+    References
+    ----------
+    The paper, section II, for the transform on raw points. Voting by pairs is the idea of Xu, Oja
+    and Kultanen (1990); giving back the votes of what was found, of Gerig and Klein (1986).
+    """
+
+    presets: ClassVar[Mapping[str, Any]] = {"paper": PaperHough}
 
     theta_step: float = math.radians(1.0)
     distance_step: float = 0.02
@@ -22,21 +75,59 @@ class DirectHough:
     max_missed: int = 3
     max_gap: float = 0.25
     pair_distance: float = 0.15
-    jump: float = 0.15
+    object_gap: float = 0.15
     max_pole_radius: float = 0.4
 
-    @cached_property
-    def _workspace(self):
-        rows = round(math.pi / self.theta_step)
-        theta = np.arange(rows) * (math.pi / rows)
-        return (np.cos(theta), np.sin(theta), self.distance_step, np.zeros((rows, ROW), np.int32), np.zeros(1, np.int64),
-            self.range_sigma or 0.0, self.pair_distance, self.jump, self.max_pole_radius, (self.min_points, self.max_missed, self.max_gap))
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        check_steps(self.theta_step, self.distance_step)
+        if self.range_sigma is not None and not 0 < self.range_sigma <= 1:
+            raise ValueError(f"range_sigma must be in (0, 1] m, got {self.range_sigma!r}")
+        if not self.min_points >= 3:
+            raise ValueError(f"min_points must be >= 3, got {self.min_points!r}")
+        if not self.max_missed >= 0:
+            raise ValueError(f"max_missed must be >= 0, got {self.max_missed!r}")
+        for name in ("max_gap", "pair_distance", "object_gap"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be > 0 m, got {getattr(self, name)!r}")
+        if not self.max_pole_radius >= 0:
+            raise ValueError(f"max_pole_radius must be >= 0 m, got {self.max_pole_radius!r}")
 
     def __call__(self, scan: LaserScan) -> LineSegments:
-        """Return the line segments in `scan`."""
+        """Return the walls of `scan` and the segments seen of each."""
         theta, d, support, covariance, segments = extract(
-            scan.directions, scan.ranges, (scan.range_min, scan.range_max), *self._workspace)
+            scan.directions, scan.ranges, (scan.range_min, scan.range_max), *self._arguments
+        )
         line, endpoints, points_on, rms, points = segments
         return LineSegments.trusted(
             lines=Lines.trusted(theta=theta, d=d, support=support, covariance=covariance),
-            line=line, endpoints=endpoints, support=points_on, rms=rms, points=points)
+            line=line,
+            endpoints=endpoints,
+            support=points_on,
+            rms=rms,
+            points=points,
+        )
+
+    def accumulator(self, scan: LaserScan) -> Accumulator:
+        """Return the plain d-theta plane of `scan`, one vote per point and theta."""
+        return accumulate(scan, self.theta_step, self.distance_step)
+
+    @cached_property
+    def _arguments(self) -> tuple[Any, ...]:
+        """The kernel's arguments that are the same for all scans, the accumulator among them.
+
+        The kernel holds the interpreter lock, so threads may share the accumulator.
+        """
+        theta = theta_rows(self.theta_step)
+        return (
+            np.cos(theta),
+            np.sin(theta),
+            self.distance_step,
+            np.zeros((theta.size, ROW), np.int32),
+            np.zeros(1, np.int64),
+            self.range_sigma or 0.0,
+            self.pair_distance,
+            self.object_gap,
+            self.max_pole_radius,
+            (self.min_points, self.max_missed, self.max_gap),
+        )

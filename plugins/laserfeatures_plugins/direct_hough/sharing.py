@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry import INCIDENCE_FLOOR, fit_line, solve_line
 from laserfeatures_plugins.direct_hough.walls import FLATNESS, is_wall
 
@@ -13,7 +14,7 @@ ROUNDS = 3  # of sharing points out and refitting
 
 
 @njit(cache=True)
-def off_line(x, y, members, theta, d):
+def off_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float, d: float) -> float:
     """Return the root mean square distance of `members` from a line [m]."""
     c = math.cos(theta)
     s = math.sin(theta)
@@ -24,21 +25,22 @@ def off_line(x, y, members, theta, d):
 
 
 @njit(cache=True)
-def may_be_one(a, b, sigma):
+def may_be_one(a: FloatArray, b: FloatArray, sigma: float) -> bool:
     """Tell whether two walls lie within four standard deviations of one line."""
     turn = b[0] - a[0]
     d = b[1]
     if abs(turn) > 0.5 * math.pi:  # theta wraps: the same line has -d beyond 0 and pi
         turn -= math.copysign(math.pi, turn)
         d = -d
-    return (
-        abs(turn) < 4.0 * math.sqrt(a[2] + b[2]) + 0.01
-        and abs(d - a[1]) < 4.0 * math.sqrt(a[4] + b[4] + sigma * sigma)
-    )
+    shift = abs(d - a[1])
+    turned = abs(turn) > 4.0 * math.sqrt(a[2] + b[2]) + 0.01
+    return not (turned or shift > 4.0 * math.sqrt(a[4] + b[4] + sigma * sigma))
 
 
 @njit(cache=True)
-def merge_pieces(x, y, owner, walls, sigma):
+def merge_pieces(
+    x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, sigma: float
+) -> None:
     """Join walls that one line explains, in place: the pieces beside a door are one line."""
     bound = max(1.5 * sigma, FLATNESS)
     for a in range(walls.shape[0]):
@@ -61,7 +63,9 @@ def merge_pieces(x, y, owner, walls, sigma):
 
 
 @njit(cache=True)
-def share_points(x, y, owner, walls, min_points, sigma):
+def share_points(
+    x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, min_points: int, sigma: float
+) -> None:
     """Give the points at the ends of walls to the nearest wall and refit, in place.
 
     A wall that loses too many of its points is dropped.
@@ -96,7 +100,14 @@ def share_points(x, y, owner, walls, min_points, sigma):
 
 
 @njit(cache=True)
-def give_to_nearest(x, y, owner, walls, cos, sin):
+def give_to_nearest(
+    x: FloatArray,
+    y: FloatArray,
+    owner: IntArray,
+    walls: FloatArray,
+    cos: FloatArray,
+    sin: FloatArray,
+) -> bool:
     """Move each point near the end of its wall to the neighbouring wall if that is nearer."""
     moved = False
     for i in range(x.size):

@@ -1,12 +1,14 @@
-"""Kernels that cast the points' votes and find the peaks."""
+"""Kernels that let neighbouring points vote together, and find the peaks of their votes."""
 
 import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 
 THINNING = 0.34  # of a chord: points closer than that have the same to say
-PARTNERS = 2  # the second one counts where the first is an outlier
 FLANK = 3  # rows of theta beside a peak that only repeat it
 BINS = 1024  # of d, used in turns: lines so far apart that they share a bin are told apart later
 ROW = BINS + 16  # a row that is no power of two long keeps the cache's sets apart
@@ -14,16 +16,7 @@ ORIGIN = 2.0**40  # a multiple of BINS that keeps the bins of negative d positiv
 
 
 @njit(cache=True)
-def accumulate(x, y, cos, sin, distance_step, votes, offset):
-    """Cast one vote per point and theta into votes (T, D); the bin of d is d / step + offset."""
-    for t in range(cos.size):
-        for i in range(x.size):
-            bin_ = int((x[i] * cos[t] + y[i] * sin[t]) / distance_step + offset)
-            votes[t, bin_] += 1
-
-
-@njit(cache=True)
-def direction(nx, ny):
+def direction(nx: float, ny: float) -> float:
     """Return the angle of the normal (nx, ny) in [0, pi], to 1e-3 rad: rows are wider than that."""
     if ny < 0.0:
         nx, ny = -nx, -ny
@@ -38,12 +31,25 @@ def direction(nx, ny):
 
 
 @njit(cache=True)
-def vote_pairs(x, y, live, cos, sin, distance_step, chord, tolerance, votes, base, best, partners):
+def vote_pairs(
+    x: FloatArray,
+    y: FloatArray,
+    live: IntArray,
+    cos: FloatArray,
+    sin: FloatArray,
+    distance_step: float,
+    chord: float,
+    tolerance: float,
+    partners: int,
+    votes: NDArray[np.int32],
+    base: int,
+    best: IntArray,
+) -> None:
     """Let pairs of neighbouring points vote for the lines through both.
 
     A point whose neighbour along the scan is at least `chord` metres away can only lie on one wall
     with it if the wall's normal is the chord's, give or take `tolerance` / length. So each of the
-    two partners of a point adds votes in that window of theta alone, at the middle of the chord.
+    first `partners` such neighbours adds votes in that window of theta, at the middle of the chord.
     Of points much closer to each other than `chord` one votes for all.
 
     Parameters
@@ -79,8 +85,8 @@ def vote_pairs(x, y, live, cos, sin, distance_step, chord, tolerance, votes, bas
             dy = y[j] - y[i]
             width = min(tolerance / math.sqrt(dx * dx + dy * dy) * per_radian, 0.5 * rows)
             centre = direction(-dy, dx) * per_radian
-            t = int(math.ceil(centre - width))
-            window = min(max(int(math.floor(centre + width)) - t + 1, 1), rows)
+            t = math.ceil(centre - width)
+            window = min(max(math.floor(centre + width) - t + 1, 1), rows)
             if t < 0:
                 t += rows
             mx = 0.5 * (x[i] + x[j]) * scale
@@ -97,7 +103,7 @@ def vote_pairs(x, y, live, cos, sin, distance_step, chord, tolerance, votes, bas
 
 
 @njit(cache=True)
-def next_peak(best, done, min_votes):
+def next_peak(best: IntArray, done: BoolArray, min_votes: int) -> int:
     """Return the theta with most votes that is not `done`, or -1; mark it and its flanks."""
     rows = best.size
     peak = -1

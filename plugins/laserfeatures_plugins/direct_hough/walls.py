@@ -5,13 +5,18 @@ import math
 import numpy as np
 from numba import njit
 
-from laserfeatures.geometry import INCIDENCE_FLOOR, fit_line, is_gap
+from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.geometry import INCIDENCE_FLOOR, Fit, fit_line, is_gap
+
+Cut = tuple[int, int, float]  # min_points, max_missed, max_gap
 
 FREE = -1  # owner of a point that nothing has explained yet
+SIGMAS = 3.0  # an inlier's distance from its line in standard deviations, at the most
 MAX_FITS = 6  # refits of one wall; nearly all settle after three
 MIN_SIGMA = 0.002  # [m]; no scanner that this is for measures better
 MAX_SIGMA = 0.1  # [m]; with more noise than that there are no walls to be found
 BASELINE = 0.1  # [m]
+MAX_GROWTH = 4.0  # of the way between points of a wall from one beam to the next
 FLATNESS = 0.01  # [m]; real walls, and a real sensor's view of them, are no flatter than that
 GRAZING = 0.06  # cos(incidence) under which a few points are a jump edge rather than a wall
 FLAT_RADIUS = 1.0  # [m]; what bends less is a wall, if no perfect one
@@ -19,7 +24,7 @@ CURVED = 4.0  # standard deviations at which a quadratic term is no chance
 
 
 @njit(cache=True)
-def estimate_sigma(x, y):
+def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
     """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
 
     The neighbours are taken `BASELINE` metres away, since the noise of nearby beams is often
@@ -55,7 +60,19 @@ def estimate_sigma(x, y):
 
 
 @njit(cache=True)
-def last_inlier(x, y, beam, owner, start, way, theta, d, gate, max_missed, max_gap):
+def last_inlier(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    owner: IntArray,
+    start: int,
+    way: int,
+    theta: float,
+    d: float,
+    gate: float,
+    max_missed: int,
+    max_gap: float,
+) -> int:
     """Walk along the scan from `start` (way = 1 or -1) to the last inlier before a gap."""
     c = math.cos(theta)
     s = math.sin(theta)
@@ -70,7 +87,7 @@ def last_inlier(x, y, beam, owner, start, way, theta, d, gate, max_missed, max_g
         apart = abs(beam[i] - beam[last])
         if inlier:
             step = abs(along - along_last)
-            if is_gap(apart, step, spacing, max_missed, max_gap):
+            if is_gap(apart, step, spacing, max_missed, max_gap, MAX_GROWTH):
                 break
             last = i
             along_last = along
@@ -84,7 +101,19 @@ def last_inlier(x, y, beam, owner, start, way, theta, d, gate, max_missed, max_g
 
 
 @njit(cache=True)
-def grow(x, y, beam, owner, seed, theta, d, gate, max_missed, max_gap, members):
+def grow(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    owner: IntArray,
+    seed: int,
+    theta: float,
+    d: float,
+    gate: float,
+    max_missed: int,
+    max_gap: float,
+    members: IntArray,
+) -> int:
     """Put the free points of the run around `seed` into `members`; return their number."""
     c = math.cos(theta)
     s = math.sin(theta)
@@ -99,7 +128,9 @@ def grow(x, y, beam, owner, seed, theta, d, gate, max_missed, max_gap, members):
 
 
 @njit(cache=True)
-def is_wall(x, y, members, fit, sigma):
+def is_wall(
+    x: FloatArray, y: FloatArray, members: IntArray, fit: Fit, sigma: float
+) -> tuple[bool, float]:
     """Tell whether points and their fit are what a flat wall would give; also their noise."""
     theta, d = fit[0], fit[1]
     c = math.cos(theta)
@@ -138,30 +169,45 @@ def is_wall(x, y, members, fit, sigma):
 
 
 @njit(cache=True)
-def find_wall(x, y, beam, owner, seed, theta, d, width, gate, sigma, cut, members):
-    """Grow and refit a wall from a peak until it settles; return its number of points and fit.
+def find_wall(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    owner: IntArray,
+    seed: int,
+    theta: float,
+    width: float,
+    sigma: float,
+    cut: Cut,
+    members: IntArray,
+) -> tuple[int, Fit, float]:
+    """Grow and refit a wall from a point and a direction until it settles, and test it.
 
-    `cut` is (min_points, max_missed, max_gap). The number is 0 where the peak is no wall.
+    At first points within `width` of the line through the seed belong to it, then those within the
+    noise bound. Returns the number of points (0 where there is no wall), the fit and the variance
+    of the range noise that it shows.
     """
-    fit = (theta, d, 0.0, 0.0, 0.0)
+    fit = (theta, x[seed] * math.cos(theta) + y[seed] * math.sin(theta), 0.0, 0.0, 0.0)
+    bound = max(SIGMAS * sigma, 1.5 * FLATNESS)
+    reach = width + bound
     count = before = first = 0
-    reach = width
     for _ in range(MAX_FITS):
         count = grow(x, y, beam, owner, seed, fit[0], fit[1], reach, cut[1], cut[2], members)
         if count < cut[0]:
-            return 0, fit
+            return 0, fit, 0.0
         if count == before and members[0] == first:
             break
         before = count
         first = members[0]
         fit = fit_line(x, y, members[:count], fit[0], sigma)
-        reach = gate
+        reach = bound
         seed = nearest_member(x, y, members[:count], fit[0], fit[1])
-    return count, fit
+    flat, variance = is_wall(x, y, members[:count], fit, sigma)
+    return (count if flat else 0), fit, variance
 
 
 @njit(cache=True)
-def nearest_member(x, y, members, theta, d):
+def nearest_member(x: FloatArray, y: FloatArray, members: IntArray, theta: float, d: float) -> int:
     """Return the point nearest to the line among the middle ones of a run."""
     c = math.cos(theta)
     s = math.sin(theta)
@@ -172,4 +218,4 @@ def nearest_member(x, y, members, theta, d):
         if error < least:
             least = error
             nearest = i
-    return nearest
+    return int(nearest)

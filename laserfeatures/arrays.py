@@ -43,7 +43,7 @@ class Record:
         record = object.__new__(cls)
         for value in fields.values():
             if type(value) is np.ndarray:
-                value.setflags(False)  # noqa: FBT003 - the keyword costs as much as the call
+                value.setflags(write=False)
         record.__dict__.update(fields)
         return record
 

@@ -1,0 +1,131 @@
+"""What the speed benchmarks share: sensors, scans, both contenders, and checks of their results."""
+
+import gc
+import math
+import time
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import truth as truths
+from rooms import plain_room
+
+import laserfeatures as lf
+from laserfeatures.simulation import Scanner
+
+THETA_STEP = math.radians(1)
+DISTANCE_STEP = 0.02
+ANGLE_LIMIT = math.radians(0.3)  # of a line from its wall, to be right
+DISTANCE_LIMIT = 0.01  # [m]
+CORNER_LIMIT = 0.05  # [m]
+LINES_MAX, THRESHOLD = 8, 4  # of the peer
+
+SENSORS = {
+    181: Scanner(beams=181, field_of_view=math.pi),
+    361: Scanner(beams=361, field_of_view=math.pi),
+    682: Scanner(beams=682, field_of_view=math.radians(239.414), range_max=5.6),
+    1081: Scanner(beams=1081, field_of_view=math.radians(270), range_max=30.0),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scan, what is true of it, and the corners that a person sees in it."""
+
+    scan: lf.LaserScan
+    truth: truths.Truth
+    junctions: np.ndarray
+
+
+def room_cases(scanner, *, noises=1):
+    """Return scans of the known room from each pose, `noises` times each, with shared angles."""
+    world, poses = plain_room()
+    angles = scanner.angles
+    angles.flags.writeable = False
+    cases = []
+    for seed in range(noises):
+        for number, pose in enumerate(poses):
+            rng = np.random.default_rng((seed, number, scanner.beams))
+            scan, truth = truths.sense(world, scanner, pose, rng)
+            scan = lf.LaserScan(angles=angles, ranges=scan.ranges, range_max=scan.range_max)
+            cases.append(Case(scan, truth, truths.junctions(world, scanner, pose)))
+    return cases
+
+
+def fresh(scan):
+    """Return the scan as a reader would make it: nothing computed yet, angles shared."""
+    return lf.LaserScan(angles=scan.angles, ranges=scan.ranges, range_max=scan.range_max)
+
+
+def peer_call(scan, theta_step=THETA_STEP):
+    """Return OpenCV's Hough transform of the points of `scan` as a call without arguments.
+
+    The points are Cartesian and float32 already, and the accumulator is as small as the points
+    allow: both are in the peer's favour.
+    """
+    points = scan.points.astype(np.float32).reshape(-1, 1, 2)
+    farthest = math.ceil(scan.ranges[scan.valid].max() / DISTANCE_STEP) * DISTANCE_STEP
+    limits = (-farthest, farthest, DISTANCE_STEP, 0.0, math.pi, theta_step)
+    return lambda: cv2.HoughLinesPointSet(points, LINES_MAX, THRESHOLD, *limits)
+
+
+def peer_lines(found):
+    """Return votes, d [m] and theta [rad] of what the peer's call returned; strongest first."""
+    lines = np.empty((0, 3)) if found is None else np.asarray(found).reshape(-1, 3)
+    return lines[:, 0], lines[:, 1], lines[:, 2]
+
+
+def faults(features, case):
+    """Return what is wrong with the features of a case, as texts; none, if all is right."""
+    wrong = []
+    found = features.lines
+    truth = case.truth
+    for k in range(truth.theta.size):
+        turn, shift = truths.difference(found.theta, found.d, truth.theta[k], truth.d[k])
+        right = (abs(turn) < ANGLE_LIMIT) & (abs(shift) < DISTANCE_LIMIT)
+        if right.sum() != 1:
+            wrong.append(f"wall {k} of {(truth.beams == k).sum()} beams found {right.sum()} times")
+    if len(found) != truth.theta.size:
+        wrong.append(f"{len(found)} lines for {truth.theta.size} walls")
+    for corner in case.junctions:
+        gaps = np.hypot(*(features.corners.positions - corner).T)
+        if not (gaps < CORNER_LIMIT).any():
+            wrong.append(f"corner {corner.round(2).tolist()} off by {gaps.min(initial=9):.3f} m")
+    return wrong
+
+
+def peer_walls(found, truth, theta_step=THETA_STEP):
+    """Return how many of the walls the peer found, and how many of its lines repeat one.
+
+    A line belongs to the wall that it is within two bins of; the rest is neither.
+    """
+    _, d, theta = peer_lines(found)
+    hits = np.zeros(truth.theta.size, dtype=int)
+    for line in zip(theta, d, strict=True):
+        turn, shift = truths.difference(truth.theta, truth.d, *line)
+        off = np.maximum(abs(turn) / theta_step, abs(shift) / DISTANCE_STEP)
+        if off.size and off.min() <= 2:
+            hits[off.argmin()] += 1
+    return int((hits > 0).sum()), int((hits - (hits > 0)).sum())
+
+
+def interleaved(makers, repeats):
+    """Time calls in turns, each once a round; return seconds (calls, repeats).
+
+    Each of `makers` takes the number of the round and returns the call to be timed; what it does
+    itself is not timed.
+    """
+    seconds = np.empty((len(makers), repeats))
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        for k in range(repeats):
+            for m, maker in enumerate(makers):
+                call = maker(k)
+                start = time.perf_counter()
+                call()
+                seconds[m, k] = time.perf_counter() - start
+    finally:
+        if collecting:
+            gc.enable()
+    return seconds

@@ -1,0 +1,163 @@
+"""Scans and poses: what a source yields."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only
+
+FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
+
+# The angles seen last and their directions: a sensor's beams do not change from scan to scan.
+_last_directions: list[tuple[FloatArray, FloatArray]] = [(np.empty(0), np.empty((0, 2)))]
+
+
+@dataclass(frozen=True)
+class Pose2D:
+    """A position [m] and heading [rad] in the plane."""
+
+    x: float
+    y: float
+    theta: float
+
+    def transform(self, points: ArrayLike) -> FloatArray:
+        """Return points (N, 2) [m] of this pose's frame in the frame that the pose is given in."""
+        xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        turned: FloatArray = xy @ np.array([[c, s], [-s, c]])
+        turned += (self.x, self.y)
+        return turned
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LaserScan(Record):
+    """One sweep of a 2D laser rangefinder.
+
+    Parameters
+    ----------
+    angles : (N,) array
+        Direction of each beam [rad], strictly increasing, at most one turn.
+    ranges : (N,) array
+        Measured range of each beam [m]. 0, inf, nan and anything outside the limits is no return.
+    range_min, range_max : float
+        Limits of the sensor [m]: a return r has ``range_min <= r < range_max``.
+    stamp : float
+        Time of the scan [s]; nan where the source has none.
+    pose : Pose2D or None
+        Pose of the sensor as the source gives it; the source says whether that is raw odometry.
+
+    Raises
+    ------
+    ValueError
+        If shapes differ, angles do not increase, or a limit makes no sense.
+
+    Examples
+    --------
+    >>> scan = LaserScan(angles=[0.0, 0.1], ranges=[2.0, float("inf")])
+    >>> scan.points.tolist()
+    [[2.0, 0.0]]
+    """
+
+    angles: FloatArray
+    ranges: FloatArray
+    range_min: float = 0.0
+    range_max: float = math.inf
+    stamp: float = math.nan
+    pose: Pose2D | None = None
+
+    def __post_init__(self) -> None:
+        """Check and lock the arrays."""
+        angles = read_only(self.angles, "angles", (None,))
+        ranges = read_only(self.ranges, "ranges", angles.shape)
+        self._set(angles=angles, ranges=ranges)
+        if angles.size:
+            increasing = angles[1:] > angles[:-1]
+            if not increasing.all():
+                i = int(np.argmin(increasing))
+                raise ValueError(
+                    f"angles must be strictly increasing, got {angles[i]:.6g} rad at beam {i} and "
+                    f"{angles[i + 1]:.6g} rad at beam {i + 1}"
+                )
+            if not angles[-1] - angles[0] <= FULL_TURN:
+                raise ValueError(
+                    "angles must be finite and span at most one turn, "
+                    f"got {angles[0]:.6g} .. {angles[-1]:.6g} rad"
+                )
+        if not (0 <= self.range_min < self.range_max):
+            raise ValueError(
+                "limits must be 0 <= range_min < range_max, "
+                f"got {self.range_min!r} and {self.range_max!r} m"
+            )
+
+    @classmethod
+    def uniform(
+        cls, ranges: ArrayLike, angle_min: float, angle_increment: float, **rest: Any
+    ) -> Self:
+        """Make a scan of evenly spaced beams.
+
+        Parameters
+        ----------
+        ranges : (N,) array
+            Measured ranges [m], in beam order.
+        angle_min : float
+            Direction of the first beam [rad].
+        angle_increment : float
+            Step from beam to beam [rad]. Negative for a sensor that turns clockwise or is mounted
+            upside down: angles and ranges are then reversed.
+        **rest
+            The other fields of `LaserScan`.
+
+        Raises
+        ------
+        ValueError
+            As `LaserScan`.
+        """
+        values = np.asarray(ranges, dtype=np.float64)
+        angles = angle_min + angle_increment * np.arange(values.size, dtype=np.float64)
+        if angle_increment < 0:
+            angles, values = angles[::-1], values[::-1]
+        return cls(angles=angles, ranges=values, **rest)
+
+    @cached_property
+    def valid(self) -> BoolArray:
+        """Which beams have a return, (N,) bool."""
+        r = self.ranges
+        valid = (r >= self.range_min) & (r < self.range_max)
+        if self.range_min == 0:
+            valid &= r > 0
+        if self.range_max == math.inf:
+            valid &= np.isfinite(r)
+        valid.flags.writeable = False
+        return valid
+
+    @cached_property
+    def beams(self) -> IntArray:
+        """Index of the beam of each point, (P,) int."""
+        beams = np.flatnonzero(self.valid)
+        beams.flags.writeable = False
+        return beams
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """Returns as points (P, 2) [m] in beam order."""
+        points = self.ranges[self.beams, None] * self.directions[self.beams]
+        points.flags.writeable = False
+        return points
+
+    @property
+    def directions(self) -> FloatArray:
+        """Unit vector along each beam, (N, 2); computed once for scans that share their angles."""
+        angles, directions = _last_directions[0]
+        if angles is not self.angles:
+            directions = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
+            directions.flags.writeable = False
+            _last_directions[0] = (self.angles, directions)
+        return directions
+
+    def __len__(self) -> int:
+        """Return the number of beams."""
+        return self.angles.size
