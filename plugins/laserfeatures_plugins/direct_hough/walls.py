@@ -60,7 +60,7 @@ def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
 
 
 @njit(cache=True)
-def last_inlier(
+def walk(
     x: FloatArray,
     y: FloatArray,
     beam: IntArray,
@@ -72,8 +72,13 @@ def last_inlier(
     gate: float,
     max_missed: int,
     max_gap: float,
+    members: IntArray,
+    count: int,
 ) -> int:
-    """Walk along the scan from `start` (way = 1 or -1) to the last inlier before a gap."""
+    """Append the free inliers from `start` (not itself) to a gap; return the new count.
+
+    `way` is 1 or -1, along the scan or against it.
+    """
     c = math.cos(theta)
     s = math.sin(theta)
     last = start
@@ -83,12 +88,13 @@ def last_inlier(
     while 0 <= i < x.size:
         normal = x[i] * c + y[i] * s
         along = y[i] * c - x[i] * s
-        inlier = owner[i] == FREE and abs(normal - d) < gate
         apart = abs(beam[i] - beam[last])
-        if inlier:
+        if owner[i] == FREE and abs(normal - d) < gate:
             step = abs(along - along_last)
             if is_gap(apart, step, spacing, max_missed, max_gap, MAX_GROWTH):
                 break
+            members[count] = i
+            count += 1
             last = i
             along_last = along
             spacing = step / apart
@@ -97,7 +103,7 @@ def last_inlier(
             if abs(along - along_last) > max_gap:
                 break
         i += way
-    return last
+    return count
 
 
 @njit(cache=True)
@@ -114,17 +120,10 @@ def grow(
     max_gap: float,
     members: IntArray,
 ) -> int:
-    """Put the free points of the run around `seed` into `members`; return their number."""
-    c = math.cos(theta)
-    s = math.sin(theta)
-    first = last_inlier(x, y, beam, owner, seed, -1, theta, d, gate, max_missed, max_gap)
-    last = last_inlier(x, y, beam, owner, seed, 1, theta, d, gate, max_missed, max_gap)
-    count = 0
-    for i in range(first, last + 1):
-        if owner[i] == FREE and abs(x[i] * c + y[i] * s - d) < gate:
-            members[count] = i
-            count += 1
-    return count
+    """Put the run of free inliers around `seed`, itself first, into `members`; return how many."""
+    members[0] = seed
+    count = walk(x, y, beam, owner, seed, -1, theta, d, gate, max_missed, max_gap, members, 1)
+    return walk(x, y, beam, owner, seed, 1, theta, d, gate, max_missed, max_gap, members, count)
 
 
 @njit(cache=True)
@@ -190,15 +189,15 @@ def find_wall(
     fit = (theta, x[seed] * math.cos(theta) + y[seed] * math.sin(theta), 0.0, 0.0, 0.0)
     bound = max(SIGMAS * sigma, 1.5 * FLATNESS)
     reach = width + bound
-    count = before = first = 0
+    count = before = total = 0
     for _ in range(MAX_FITS):
         count = grow(x, y, beam, owner, seed, fit[0], fit[1], reach, cut[1], cut[2], members)
         if count < cut[0]:
             return 0, fit, 0.0
-        if count == before and members[0] == first:
+        if count == before and members[:count].sum() == total:
             break
         before = count
-        first = members[0]
+        total = members[:count].sum()
         fit = fit_line(x, y, members[:count], fit[0], sigma)
         reach = bound
         seed = nearest_member(x, y, members[:count], fit[0], fit[1])
@@ -208,12 +207,12 @@ def find_wall(
 
 @njit(cache=True)
 def nearest_member(x: FloatArray, y: FloatArray, members: IntArray, theta: float, d: float) -> int:
-    """Return the point nearest to the line among the middle ones of a run."""
+    """Return the point nearest to the line."""
     c = math.cos(theta)
     s = math.sin(theta)
     nearest = members[0]
     least = math.inf
-    for i in members[members.size // 4 : members.size - members.size // 4]:
+    for i in members:
         error = abs(x[i] * c + y[i] * s - d)
         if error < least:
             least = error
