@@ -2,7 +2,7 @@
 
 All functions are numba kernels: arrays and scalars in, arrays and scalars out, no checks. Points
 are given as x (P,), y (P,) [m] in beam order with `beam` (P,), the index of each point's beam.
-A fit is a tuple (theta, d, var_theta, cov_theta_d, var_d).
+A fit is a tuple (theta, d, var_theta, cov_theta_d, var_d), the last three for a unit noise.
 """
 
 import math
@@ -11,6 +11,14 @@ import numpy as np
 from numba import njit
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+
+# Division by zero gives inf or nan, as in NumPy: Python's check would double the code. What Python
+# calls is a kernel and compiled once for all runs; what only kernels call is a part of them, and
+# compiles in half the time without the wrapper that Python would need.
+kernel = njit(cache=True, error_model="numpy")
+helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
 
 Fit = tuple[float, float, float, float, float]
 Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
@@ -22,7 +30,7 @@ INCIDENCE_FLOOR = 0.02
 JUMP = 8.0  # growth of the spacing of points along a wall, from one beam to the next, at the most
 
 
-@njit(cache=True)
+@helper
 def returns(
     directions: FloatArray, ranges: FloatArray, range_min: float, range_max: float
 ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -42,13 +50,14 @@ def returns(
     return x[:count], y[:count], beam[:count]
 
 
-@njit(cache=True)
-def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float, sigma: float) -> Fit:
+@helper
+def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float) -> Fit:
     """Fit a line to the points `members` by weighted total least squares.
 
     The weights are the inverse variances of the points' distances from the line for a range noise
-    `sigma` at the incidence angles that `theta`, a first guess, implies. The line's covariance
-    follows from them to first order.
+    of 1 m at the incidence angles that `theta`, a first guess, implies; the line is the minor axis
+    of the weighted scatter. The covariance follows to first order; it is for that noise too, so
+    that a noise sigma multiplies it by sigma squared.
     """
     c = math.cos(theta)
     s = math.sin(theta)
@@ -62,14 +71,6 @@ def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float, sigm
         wxx += weight * x[i] * x[i]
         wxy += weight * x[i] * y[i]
         wyy += weight * y[i] * y[i]
-    return solve_line(w, wx, wy, wxx, wxy, wyy, sigma)
-
-
-@njit(cache=True)
-def solve_line(
-    w: float, wx: float, wy: float, wxx: float, wxy: float, wyy: float, sigma: float
-) -> Fit:
-    """Return the fit whose weighted sums are given: the minor axis of the points' scatter."""
     mx = wx / w
     my = wy / w
     sxx = wxx - wx * mx
@@ -84,12 +85,11 @@ def solve_line(
     s = math.sin(theta)
     centre = my * c - mx * s
     spread = max(sxx * s * s - 2.0 * sxy * s * c + syy * c * c, 1e-12)
-    var_theta = sigma * sigma / spread
-    var_d = sigma * sigma / w + centre * centre * var_theta
-    return theta, mx * c + my * s, var_theta, centre * var_theta, var_d
+    var_theta = 1.0 / spread
+    return theta, mx * c + my * s, var_theta, centre * var_theta, 1.0 / w + centre**2 * var_theta
 
 
-@njit(cache=True)
+@helper
 def is_gap(
     beams_apart: int,
     metres_apart: float,
@@ -108,7 +108,7 @@ def is_gap(
     )
 
 
-@njit(cache=True)
+@kernel
 def cut_segments(
     x: FloatArray,
     y: FloatArray,
@@ -116,11 +116,12 @@ def cut_segments(
     beams: int,
     theta: FloatArray,
     d: FloatArray,
-    members: BoolArray,
+    line: IntArray,
+    member: IntArray,
     max_missed: int,
     max_gap: float,
     max_growth: float,
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+) -> Segments:
     """Cut lines into segments where their points leave a gap.
 
     Parameters
@@ -129,8 +130,8 @@ def cut_segments(
         Number of beams of the scan.
     theta, d : (L,) arrays
         The lines.
-    members : (L, P) bool array
-        Which points lie on each line.
+    line, member : (M,) int arrays
+        Point ``member[m]`` lies on line ``line[m]``; by line, then in beam order.
     max_missed, max_gap, max_growth : int, float, float
         A gap is wider than `max_gap` [m], and has more than `max_missed` beams off the line or is
         more than `max_growth` times as wide for each beam as the step before it.
@@ -140,50 +141,47 @@ def cut_segments(
     line (S,), endpoints (S, 2, 2), support (S,), rms (S,), points (S, beams) : arrays
         As in `LineSegments`.
     """
-    n = x.size
-    first = np.empty(members.size, np.int64)
-    line = np.empty(members.size, np.int64)
-    last = np.empty(members.size, np.int64)
+    ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
     count = 0
-    for k in range(theta.size):
-        c = math.cos(theta[k])
-        s = math.sin(theta[k])
-        before = -1
-        spacing = 0.0
-        for i in range(n):
-            if not members[k, i]:
-                continue
-            apart = 0.0
-            missed = 0
-            if before >= 0:
-                missed = beam[i] - beam[before]
-                apart = abs((y[i] - y[before]) * c - (x[i] - x[before]) * s)
-            if before < 0 or is_gap(missed, apart, spacing, max_missed, max_gap, max_growth):
-                spacing = math.inf
-                line[count] = k
-                first[count] = i
-                count += 1
-            else:
-                spacing = apart / missed
-            last[count - 1] = i
-            before = i
+    c = s = spacing = math.inf
+    for m in range(member.size):
+        if m == 0 or line[m] != line[m - 1]:
+            c = math.cos(theta[line[m]])
+            s = math.sin(theta[line[m]])
+            new = True
+        else:
+            i = member[m]
+            j = member[m - 1]
+            missed = beam[i] - beam[j]
+            apart = abs((y[i] - y[j]) * c - (x[i] - x[j]) * s)
+            new = is_gap(missed, apart, spacing, max_missed, max_gap, max_growth)
+            spacing = apart / missed
+        if new:
+            ends[count] = m
+            count += 1
+            spacing = math.inf
+    ends[count] = member.size
+    of_line = np.empty(count, np.int64)
     endpoints = np.empty((count, 2, 2))
-    support = np.zeros(count)
-    rms = np.zeros(count)
+    support = np.empty(count)
+    rms = np.empty(count)
     points = np.zeros((count, beams), np.bool_)
     for j in range(count):
-        k = line[j]
+        k = line[ends[j]]
         c = math.cos(theta[k])
         s = math.sin(theta[k])
-        for i in range(first[j], last[j] + 1):
-            if members[k, i]:
-                error = x[i] * c + y[i] * s - d[k]
-                support[j] += 1.0
-                rms[j] += error * error
-                points[j, beam[i]] = True
-        rms[j] = math.sqrt(rms[j] / support[j])
-        for end, i in enumerate((first[j], last[j])):
+        square = 0.0
+        for m in range(ends[j], ends[j + 1]):
+            i = member[m]
+            error = x[i] * c + y[i] * s - d[k]
+            square += error * error
+            points[j, beam[i]] = True
+        of_line[j] = k
+        support[j] = ends[j + 1] - ends[j]
+        rms[j] = math.sqrt(square / support[j])
+        for end in range(2):
+            i = member[ends[j + end] - end]
             error = x[i] * c + y[i] * s - d[k]
             endpoints[j, end, 0] = x[i] - error * c
             endpoints[j, end, 1] = y[i] - error * s
-    return line[:count].copy(), endpoints, support, rms, points
+    return of_line, endpoints, support, rms, points

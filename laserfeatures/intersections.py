@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.data import LineSegments, PointFeatures
+from laserfeatures.geometry import helper, kernel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class Intersections:
         )
 
 
-@njit(cache=True)
+@kernel
 def _cross(
     theta: FloatArray,
     d: FloatArray,
@@ -93,8 +93,11 @@ def _cross(
     pairs = np.empty((most, 2), np.int64)
     angles = np.empty(most)
     real = np.empty(most, np.bool_)
-    cos = np.cos(theta)
-    sin = np.sin(theta)
+    cos = np.empty(lines)
+    sin = np.empty(lines)
+    for a in range(lines):
+        cos[a] = math.cos(theta[a])
+        sin[a] = math.sin(theta[a])
     count = 0
     for a in range(lines):
         for b in range(a + 1, lines):
@@ -128,14 +131,14 @@ def _cross(
     return positions[:count], spread[:count], pairs[:count], angles[:count], real[:count]
 
 
-@njit(cache=True)
+@helper
 def _variance_at(along: float, covariance: FloatArray) -> float:
     """Return the variance of a line's offset at the coordinate `along` it."""
     cross = covariance[0, 1]
     return float(along * along * covariance[0, 0] - 2.0 * along * cross + covariance[1, 1])
 
 
-@njit(cache=True)
+@helper
 def _reaches(
     x: float,
     y: float,
@@ -150,13 +153,17 @@ def _reaches(
     for j in range(line.size):
         if line[j] != k:
             continue
-        ax, ay = endpoints[j, 0]
-        bx, by = endpoints[j, 1]
+        ax = endpoints[j, 0, 0]
+        ay = endpoints[j, 0, 1]
+        bx = endpoints[j, 1, 0]
+        by = endpoints[j, 1, 1]
         # Is the point between the ends? Then the way to both points in opposite directions.
         if (x - ax) * (x - bx) + (y - ay) * (y - by) <= 0.0:
             return True
         turn = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) / max(support[j] - 1.0, 1.0)
-        for ex, ey in ((ax, ay), (bx, by)):
+        for end in range(2):
+            ex = endpoints[j, end, 0]
+            ey = endpoints[j, end, 1]
             step = (ex * ex + ey * ey) * turn / max(abs(d), 1e-6)
             if math.hypot(x - ex, y - ey) <= reach + 2.0 * min(step, 0.25):
                 return True

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.data import Lines, LineSegments
+from laserfeatures.geometry import helper, kernel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ class SegmentFilter:
         )
 
 
-@njit(cache=True)
+@kernel
 def _reliable(
     theta: FloatArray,
     line: IntArray,
@@ -116,17 +116,22 @@ def _reliable(
                 better, worse = b, a
             if _is_copy(endpoints, support, points, better, worse, copy_distance):
                 keep[worse] = False
-    number = np.full(theta.size, -1)
+    number = np.zeros(theta.size, np.int64)
+    removed = 0
     for j in range(count):
-        if keep[j]:
-            number[line[j]] = 0
-    used = np.flatnonzero(number == 0)
-    for new in range(used.size):
-        number[used[new]] = new
-    return count - keep.sum() + theta.size - used.size, keep, used, number
+        number[line[j]] += keep[j]
+        removed += not keep[j]
+    used = np.empty(theta.size, np.int64)
+    lines = 0
+    for k in range(theta.size):
+        if number[k] > 0:
+            used[lines] = k
+            number[k] = lines
+            lines += 1
+    return removed + theta.size - lines, keep, used[:lines], number
 
 
-@njit(cache=True)
+@helper
 def _is_copy(
     endpoints: FloatArray,
     support: FloatArray,
@@ -141,15 +146,19 @@ def _is_copy(
         shared += points[better, i] & points[worse, i]
     if 2 * shared >= support[worse]:
         return True
-    start = endpoints[better, 0]
-    ux, uy = endpoints[better, 1] - start
-    length = math.hypot(ux, uy)
+    x = endpoints[better, 0, 0]
+    y = endpoints[better, 0, 1]
+    ux = endpoints[better, 1, 0] - x
+    uy = endpoints[better, 1, 1] - y
+    length = math.sqrt(ux * ux + uy * uy)
     if length == 0.0:
         return False
     ux /= length
     uy /= length
-    ax, ay = endpoints[worse, 0] - start
-    bx, by = endpoints[worse, 1] - start
+    ax = endpoints[worse, 0, 0] - x
+    ay = endpoints[worse, 0, 1] - y
+    bx = endpoints[worse, 1, 0] - x
+    by = endpoints[worse, 1, 1] - y
     low = min(ax * ux + ay * uy, bx * ux + by * uy)
     high = max(ax * ux + ay * uy, bx * ux + by * uy)
     apart = abs(0.5 * (ax + bx) * uy - 0.5 * (ay + by) * ux)

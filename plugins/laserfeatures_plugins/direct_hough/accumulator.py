@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan
+from laserfeatures.geometry import kernel
 
 MAX_CELLS = 1 << 26
 
@@ -80,7 +80,7 @@ def accumulate(scan: LaserScan, theta_step: float, distance_step: float) -> Accu
     return Accumulator(votes, theta, distance_step * np.arange(-half, half + 1, dtype=np.float64))
 
 
-@njit(cache=True)
+@kernel
 def _cast_votes(
     x: FloatArray, y: FloatArray, cos: FloatArray, sin: FloatArray, votes: NDArray[np.int32]
 ) -> None:

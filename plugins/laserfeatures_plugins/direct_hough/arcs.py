@@ -2,15 +2,14 @@
 
 import math
 
-from numba import njit
-
 from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.geometry import helper
 
 POST = 0.1  # [m]
 MAX_MISSED = 2  # beams without a return inside one object
 
 
-@njit(cache=True)
+@helper
 def set_arcs_aside(
     x: FloatArray,
     y: FloatArray,
@@ -40,19 +39,24 @@ def set_arcs_aside(
                 and is_arc(x[first:i], y[first:i], sigma, max_radius)
             )
         ):
-            owner[first:i] = label
+            for j in range(first, i):
+                owner[j] = label
         first = i
 
 
-@njit(cache=True)
+@helper
 def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> bool:
     """Tell whether points lie on a circle that bulges towards the sensor, and on no line.
 
     The circle is the algebraic least-squares fit (Kasa 1976).
     """
     n = x.size
-    mx = x.mean()
-    my = y.mean()
+    mx = my = 0.0
+    for i in range(n):
+        mx += x[i]
+        my += y[i]
+    mx /= n
+    my /= n
     uu = uv = vv = uuu = uuv = uvv = vvv = 0.0
     for i in range(n):
         u = x[i] - mx

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import IntArray
 from laserfeatures.data import LaserScan, Lines, LineSegments
-from laserfeatures.geometry import cut_segments
+from laserfeatures.geometry import cut_segments, kernel
 from laserfeatures_plugins.direct_hough.accumulator import Accumulator, accumulate, check_steps
 
 
@@ -99,8 +98,9 @@ class PaperHough:
         covariance = np.zeros((theta.size, 2, 2))
         covariance[:, 0, 0] = self.theta_step**2 / 12
         covariance[:, 1, 1] = self.distance_step**2 / 12
+        on_line, member = np.nonzero(members)
         line, endpoints, support, rms, points = cut_segments(
-            x, y, scan.beams, len(scan), theta, d, members, 0, 0.0, math.inf
+            x, y, scan.beams, len(scan), theta, d, on_line, member, 0, 0.0, math.inf
         )
         lines = Lines(theta=theta, d=d, support=members.sum(axis=1), covariance=covariance)
         return LineSegments(
@@ -112,7 +112,7 @@ class PaperHough:
         return accumulate(scan, self.theta_step, self.distance_step)
 
 
-@njit(cache=True)
+@kernel
 def _find_peaks(
     votes: NDArray[np.int32], threshold: int, max_peaks: int, window_d: int, window_theta: int
 ) -> tuple[IntArray, IntArray]:

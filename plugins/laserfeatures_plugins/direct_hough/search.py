@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import Segments, cut_segments, returns
+from laserfeatures.geometry import Segments, cut_segments, helper, kernel, returns
 from laserfeatures_plugins.direct_hough.arcs import set_arcs_aside
 from laserfeatures_plugins.direct_hough.sharing import merge_pieces, share_points
 from laserfeatures_plugins.direct_hough.voting import next_peak, vote_pairs
@@ -18,6 +17,7 @@ from laserfeatures_plugins.direct_hough.walls import (
     Cut,
     estimate_sigma,
     find_wall,
+    keep_wall,
 )
 
 ROUND = -2  # owner of a point on a round object
@@ -28,7 +28,7 @@ MIN_CHORD = 0.05  # [m]; where chords this short vote, every wall of four beams 
 ENOUGH = 15  # degrees of freedom from which the walls tell the noise better than the triples
 
 
-@njit(cache=True)
+@kernel
 def extract(
     directions: FloatArray,
     ranges: FloatArray,
@@ -50,7 +50,9 @@ def extract(
     of a round object. `votes` and `epoch` are the accumulator and its count of votes so far.
     """
     x, y, beam = returns(directions, ranges, limits[0], limits[1])
-    owner = np.full(x.size, FREE)
+    owner = np.empty(x.size, np.int64)
+    for i in range(x.size):
+        owner[i] = FREE
     known = sigma > 0.0
     if not known:
         sigma = estimate_sigma(x, y)
@@ -60,24 +62,64 @@ def extract(
         x, y, beam, owner, cos, sin, distance_step, votes, epoch, sigma, known, chord, cut
     )
     merge_pieces(x, y, owner, walls, sigma)
-    share_points(x, y, owner, walls, cut[0], sigma)
-    kept = np.flatnonzero(walls[:, 5] >= cut[0])
-    lines = walls[kept]
-    members = np.zeros((kept.size, x.size), np.bool_)
-    for new, k in enumerate(kept):
-        for i in range(x.size):
-            members[new, i] = owner[i] == k
-    covariance = np.empty((kept.size, 2, 2))
-    covariance[:, 0, 0] = lines[:, 2]
-    covariance[:, 0, 1] = covariance[:, 1, 0] = lines[:, 3]
-    covariance[:, 1, 1] = lines[:, 4]
-    theta = lines[:, 0].copy()
-    d = lines[:, 1].copy()
-    segments = cut_segments(x, y, beam, ranges.size, theta, d, members, cut[1], cut[2], MAX_GROWTH)
-    return theta, d, lines[:, 5].copy(), covariance, segments
+    share_points(x, y, owner, walls, cut[0])
+    theta, d, support, covariance = lines_of(walls, cut[0], sigma)
+    line, member = members_of(owner, walls, cut[0])
+    segments = cut_segments(
+        x, y, beam, ranges.size, theta, d, line, member, cut[1], cut[2], MAX_GROWTH
+    )
+    return theta, d, support, covariance, segments
 
 
-@njit(cache=True)
+@helper
+def lines_of(
+    walls: FloatArray, min_points: int, sigma: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return theta, d, support and covariance of the walls that have enough points."""
+    lines = 0
+    for k in range(walls.shape[0]):
+        lines += walls[k, 5] >= min_points
+    theta = np.empty(lines)
+    d = np.empty(lines)
+    support = np.empty(lines)
+    covariance = np.empty((lines, 2, 2))
+    new = 0
+    for k in range(walls.shape[0]):
+        if walls[k, 5] >= min_points:
+            theta[new] = walls[k, 0]
+            d[new] = walls[k, 1]
+            covariance[new, 0, 0] = walls[k, 2] * sigma * sigma
+            covariance[new, 0, 1] = covariance[new, 1, 0] = walls[k, 3] * sigma * sigma
+            covariance[new, 1, 1] = walls[k, 4] * sigma * sigma
+            support[new] = walls[k, 5]
+            new += 1
+    return theta, d, support, covariance
+
+
+@helper
+def members_of(owner: IntArray, walls: FloatArray, min_points: int) -> tuple[IntArray, IntArray]:
+    """Return the lines and the points of all points on walls that have enough of them."""
+    place = np.empty(walls.shape[0], np.int64)  # where the next point of each wall goes
+    number = np.empty(walls.shape[0], np.int64)
+    total = lines = 0
+    for k in range(walls.shape[0]):
+        place[k] = total
+        number[k] = lines
+        if walls[k, 5] >= min_points:
+            total += int(walls[k, 5])
+            lines += 1
+    line = np.empty(total, np.int64)
+    member = np.empty(total, np.int64)
+    for i in range(owner.size):
+        k = owner[i]
+        if k >= 0 and walls[k, 5] >= min_points:
+            line[place[k]] = number[k]
+            member[place[k]] = i
+            place[k] += 1
+    return line, member
+
+
+@helper
 def search(
     x: FloatArray,
     y: FloatArray,
@@ -103,20 +145,27 @@ def search(
     count = 0
     rows = cos.size
     best = np.empty(rows, np.int64)
+    done = np.empty(rows, np.bool_)
     members = np.empty(x.size, np.int64)
     most_noise = 2.0 * sigma
     squares = freedom = 0.0
     while chord >= MIN_CHORD:
-        live = np.flatnonzero(owner == FREE)
-        if live.size < cut[0]:
+        free = 0
+        for i in range(x.size):
+            if owner[i] == FREE:
+                members[free] = i
+                free += 1
+        if free < cut[0]:
             break
-        base = fresh_epoch(votes, epoch, live.size)
+        live = members[:free]
+        base = fresh_epoch(votes, epoch, free)
         tolerance = 0.5 * distance_step + 2.0 * sigma
         partners = 1 if count == 0 else 2  # a second partner counts where the first is an outlier
         vote_pairs(
             x, y, live, cos, sin, distance_step, chord, tolerance, partners, votes, base, best
         )
-        done = np.zeros(rows, np.bool_)
+        for t in range(rows):
+            done[t] = False
         found = count
         peak = next_peak(best, done, MIN_VOTES)
         while peak >= 0:
@@ -130,9 +179,9 @@ def search(
             )
             if n == 0:
                 continue
-            owner[members[:n]] = count
-            walls[count, 0], walls[count, 1], walls[count, 2] = fit[0], fit[1], fit[2]
-            walls[count, 3], walls[count, 4], walls[count, 5] = fit[3], fit[4], n
+            for i in members[:n]:
+                owner[i] = count
+            keep_wall(walls[count], fit, n)
             count += 1
             if n >= 10 and not known:
                 squares += variance * (n - 2)
@@ -144,7 +193,7 @@ def search(
     return walls[:count], sigma
 
 
-@njit(cache=True)
+@helper
 def fresh_epoch(votes: NDArray[np.int32], epoch: IntArray, voters: int) -> int:
     """Return a count that every earlier vote is at or below, so that all cells count as empty."""
     base = epoch[0]

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.geometry import helper
 
 THINNING = 0.34  # of a chord: points closer than that have the same to say
 FLANK = 3  # rows of theta beside a peak that only repeat it
@@ -15,7 +15,7 @@ ROW = BINS + 16  # a row that is no power of two long keeps the cache's sets apa
 ORIGIN = 2.0**40  # a multiple of BINS that keeps the bins of negative d positive
 
 
-@njit(cache=True)
+@helper
 def direction(nx: float, ny: float) -> float:
     """Return the angle of the normal (nx, ny) in [0, pi], to 1e-3 rad: rows are wider than that."""
     if ny < 0.0:
@@ -30,7 +30,7 @@ def direction(nx: float, ny: float) -> float:
     return theta + z * (0.99535795 - zz * (0.28869091 - 0.0793395 * zz))
 
 
-@njit(cache=True)
+@helper
 def vote_pairs(
     x: FloatArray,
     y: FloatArray,
@@ -64,7 +64,8 @@ def vote_pairs(
     rows = cos.size
     per_radian = rows / math.pi
     scale = 1.0 / distance_step
-    best[:] = 0
+    for t in range(rows):
+        best[t] = 0
     partner = 0
     last_x = last_y = math.inf
     for a in range(live.size - 1):
@@ -95,14 +96,14 @@ def vote_pairs(
                 end = min(t + window, rows)
                 for row in range(t, end):
                     k = int(mx * cos[row] + my * sin[row] + ORIGIN) & (BINS - 1)
-                    cell = max(votes[row, k], base) + 1
+                    cell = max(int(votes[row, k]), base) + 1
                     votes[row, k] = cell
                     best[row] = max(best[row], (cell - base) << 32 | i)
                 window -= end - t
                 t = 0  # theta wraps
 
 
-@njit(cache=True)
+@helper
 def next_peak(best: IntArray, done: BoolArray, min_votes: int) -> int:
     """Return the theta with most votes that is not `done`, or -1; mark it and its flanks."""
     rows = best.size

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import INCIDENCE_FLOOR, Fit, fit_line, is_gap
+from laserfeatures.geometry import INCIDENCE_FLOOR, Fit, fit_line, helper, is_gap
 
 Cut = tuple[int, int, float]  # min_points, max_missed, max_gap
 
@@ -23,7 +22,7 @@ FLAT_RADIUS = 1.0  # [m]; what bends less is a wall, if no perfect one
 CURVED = 4.0  # standard deviations at which a quadratic term is no chance
 
 
-@njit(cache=True)
+@helper
 def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
     """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
 
@@ -31,8 +30,8 @@ def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
     filtered by the sensor. The median takes no notice of corners, edges and outliers while most
     chords lie on walls.
     """
-    stride = max(1, x.size // 75)  # more chords than that cost time and gain nothing
-    noise = np.empty(x.size)
+    stride = max(1, x.size // 50)  # more chords than that cost time and gain nothing
+    noise = np.empty(x.size)  # sorted as it is filled
     count = 0
     for i in range(1, x.size - 1, stride):
         a = i - 1
@@ -52,14 +51,52 @@ def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
         incidence = abs(x[i] * dy - y[i] * dx) / (length * math.sqrt(x[i] * x[i] + y[i] * y[i]))
         if incidence > 0.2 and 0.0 < share < 1.0:
             variance = 1.0 + share * share + (1.0 - share) ** 2
-            noise[count] = off / (incidence * math.sqrt(variance))
+            value = off / (incidence * math.sqrt(variance))
+            k = count
+            while k > 0 and noise[k - 1] > value:
+                noise[k] = noise[k - 1]
+                k -= 1
+            noise[k] = value
             count += 1
     if count < 8:
         return 5.0 * MIN_SIGMA
-    return min(max(np.median(noise[:count]) / 0.6745, MIN_SIGMA), MAX_SIGMA)
+    return min(max(noise[count // 2] / 0.6745, MIN_SIGMA), MAX_SIGMA)
 
 
-@njit(cache=True)
+@helper
+def gather(owner: IntArray, wall: int, members: IntArray) -> int:
+    """Put the points that `wall` owns into `members`; return how many."""
+    count = 0
+    for i in range(owner.size):
+        if owner[i] == wall:
+            members[count] = i
+            count += 1
+    return count
+
+
+@helper
+def keep_wall(row: FloatArray, fit: Fit, points: int) -> None:
+    """Write a fit and its number of points into a row of the walls."""
+    row[0] = fit[0]
+    row[1] = fit[1]
+    row[2] = fit[2]
+    row[3] = fit[3]
+    row[4] = fit[4]
+    row[5] = points
+
+
+@helper
+def off_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float, d: float) -> float:
+    """Return the root mean square distance of `members` from a line [m]."""
+    c = math.cos(theta)
+    s = math.sin(theta)
+    total = 0.0
+    for i in members:
+        total += (x[i] * c + y[i] * s - d) ** 2
+    return math.sqrt(total / members.size)
+
+
+@helper
 def walk(
     x: FloatArray,
     y: FloatArray,
@@ -106,7 +143,7 @@ def walk(
     return count
 
 
-@njit(cache=True)
+@helper
 def grow(
     x: FloatArray,
     y: FloatArray,
@@ -122,11 +159,15 @@ def grow(
 ) -> int:
     """Put the run of free inliers around `seed`, itself first, into `members`; return how many."""
     members[0] = seed
-    count = walk(x, y, beam, owner, seed, -1, theta, d, gate, max_missed, max_gap, members, 1)
-    return walk(x, y, beam, owner, seed, 1, theta, d, gate, max_missed, max_gap, members, count)
+    count = 1
+    for way in (-1, 1):
+        count = walk(
+            x, y, beam, owner, seed, way, theta, d, gate, max_missed, max_gap, members, count
+        )
+    return count
 
 
-@njit(cache=True)
+@helper
 def is_wall(
     x: FloatArray, y: FloatArray, members: IntArray, fit: Fit, sigma: float
 ) -> tuple[bool, float]:
@@ -137,7 +178,8 @@ def is_wall(
     n = members.size
     centre = 0.0
     for i in members:
-        centre += (y[i] * c - x[i] * s) / n
+        centre += y[i] * c - x[i] * s
+    centre /= n
     t2 = t3 = t4 = e0 = e1 = e2 = ee = cosine = noise = 0.0
     for i in members:
         normal = x[i] * c + y[i] * s
@@ -152,10 +194,10 @@ def is_wall(
         e2 += error * square
         ee += error * error
         incidence = abs(normal) / math.sqrt(x[i] * x[i] + y[i] * y[i])
-        cosine += incidence / n
-        noise += (incidence * incidence + INCIDENCE_FLOOR) / n
+        cosine += incidence
+        noise += incidence * incidence + INCIDENCE_FLOOR
     residual = ee / max(n - 2, 1)
-    if residual > max(2.0 * sigma, FLATNESS) ** 2 or (cosine < GRAZING and n < 12):
+    if residual > max(2.0 * sigma, FLATNESS) ** 2 or (cosine < GRAZING * n and n < 12):
         return False, 0.0
     # The quadratic term that is left once constant and slope are taken out of along^2.
     skew = t3 / t2
@@ -164,10 +206,10 @@ def is_wall(
         bend = (e2 - skew * e1 - t2 * e0 / n) / quadratic
         if abs(bend) * math.sqrt(quadratic) > CURVED * sigma and abs(bend) > 0.5 / FLAT_RADIUS:
             return False, 0.0
-    return True, residual / noise
+    return True, residual * n / noise
 
 
-@njit(cache=True)
+@helper
 def find_wall(
     x: FloatArray,
     y: FloatArray,
@@ -189,23 +231,26 @@ def find_wall(
     fit = (theta, x[seed] * math.cos(theta) + y[seed] * math.sin(theta), 0.0, 0.0, 0.0)
     bound = max(SIGMAS * sigma, 1.5 * FLATNESS)
     reach = width + bound
-    count = before = total = 0
+    count = before = before_total = 0
     for _ in range(MAX_FITS):
         count = grow(x, y, beam, owner, seed, fit[0], fit[1], reach, cut[1], cut[2], members)
         if count < cut[0]:
             return 0, fit, 0.0
-        if count == before and members[:count].sum() == total:
-            break
+        total = 0
+        for i in members[:count]:
+            total += i
+        if count == before and total == before_total:
+            break  # the same points as before
         before = count
-        total = members[:count].sum()
-        fit = fit_line(x, y, members[:count], fit[0], sigma)
+        before_total = total
+        fit = fit_line(x, y, members[:count], fit[0])
         reach = bound
         seed = nearest_member(x, y, members[:count], fit[0], fit[1])
     flat, variance = is_wall(x, y, members[:count], fit, sigma)
     return (count if flat else 0), fit, variance
 
 
-@njit(cache=True)
+@helper
 def nearest_member(x: FloatArray, y: FloatArray, members: IntArray, theta: float, d: float) -> int:
     """Return the point nearest to the line."""
     c = math.cos(theta)
