@@ -1,9 +1,10 @@
 """Where the scanner stood in the 2 m arena, from the raw points alone, and which corners it saw.
 
-No extractor takes part. The pose of each scan is the one whose points lie best on a square: the
-least sum of distances to the nearest side, cut at 0.1 m, over x, y and heading from the reference
-position (10 cm) and all headings, then refined with a Cauchy loss (scale 1 cm). The side of the
-square is the one that fits best over all scans.
+No extractor takes part. A scan's pose is the one whose points lie best on the square: the least sum
+of distances to the nearest side, cut at 0.1 m, over positions within 8 cm of the reference and all
+headings (after the first scan, those within 39 degrees of the scan before: the square looks the
+same from four sides), then refined by least squares with a Cauchy loss of 5 cm, then of 1 cm. The
+side of the square, and a scale of the beam angles, are what fits best where a scan sees all sides.
 """
 
 import gzip
@@ -13,142 +14,157 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from laserfeatures.data import LaserScan, Pose2D
+from laserfeatures import LaserScan, Pose2D
 
 NOMINAL = 2.0  # [m], side of the square as the data's author gives it
-MOUNTED = 0.03  # [m], scanner ahead of the axle, which the reference gives
+MOUNTED = 0.03  # [m], scanner ahead of the axle, whose position the reference gives
 TRUNCATION = 0.1  # [m]
-LOSS_SCALE = 0.01  # [m]
-LEASH = 0.2  # [m], from the reference, beyond which a pose is another quarter turn of the square
-HEADINGS = np.arange(0, 2 * math.pi, math.radians(3))
+LOSS_SCALES = (0.05, 0.01)  # [m], of the Cauchy loss, one after the other
+LEASH = 0.2  # [m], from the reference; a square turned by a quarter is farther off
+HEADINGS = np.arange(0, 2 * math.pi, math.radians(3))  # of the first scan
+NEXT = np.radians(np.arange(-39, 40, 3))  # from one scan to the next, 0.2 s later
+OFFSETS = [(x, y) for x in (-0.08, 0.0, 0.08) for y in (-0.08, 0.0, 0.08)]
 NEAR_CORNER = 0.3  # [m] along each wall
-ON_WALL = 0.03  # [m]
-POLE_RADIUS = 0.055 / 2  # [m]
+ON_WALL = 0.06  # [m]
+NEAR_POLE = 0.15  # [m], from a pole's centre
 
 
 @dataclass(frozen=True)
 class Sight:
-    """A scan of the arena: its pose in the square, and the four corners in the scanner's frame."""
+    """A scan of the arena, the square, the pose in it, and its corners in the scanner's frame."""
 
     scan: LaserScan
+    side: float  # of the square [m]
     pose: Pose2D
     residual: float  # median distance of the points on walls from their wall [m]
     corners: np.ndarray  # (4, 2) [m]
     visible: np.ndarray  # (4,) bool
 
 
-def arena_sights(scans, reference_file):
-    """Return the side of the square [m] and the sight of each scan."""
-    reference = _read_numbers(reference_file, b"P")
-    guesses = [_guess(scan, reference) for scan in scans]
-    side, _ = rectangle(scans, guesses)
-    return side, [_sight(scan, guess, side) for scan, guess in zip(scans, guesses, strict=True)]
+def first_poses(scans, reference_file):
+    """Return the pose of each scan in a square of 2 m."""
+    reference = numbers(reference_file, b"P")
+    headings = HEADINGS
+    poses = []
+    for number, scan in enumerate(scans):
+        pose, reached = _search(scan, reference, headings)
+        off = math.dist((pose.x, pose.y), reached)
+        if off > LEASH:
+            raise ValueError(f"scan {number} fits the square {off:.2f} m off the reference")
+        poses.append(pose)
+        headings = pose.theta + NEXT
+    return poses
 
 
-def rectangle(scans, guesses):
-    """Return the side of the square, and width and height if they may differ [m], over all scans.
+def calibrate(scans, poses):
+    """Return side [m] of the square as recorded, side with beam angles scaled, and that scale.
 
-    The poses are fitted with each; the figures are medians over scans that see all four sides.
+    Medians over the scans that see all four sides, and how many these are.
     """
-    sides, pairs = [], []
-    for scan, guess in zip(scans, guesses, strict=True):
-        start = [guess.x, guess.y, guess.theta]
-        if not _sees_all_sides(scan, guess):
-            continue
-        sides.append(_refine(scan, [*start, NOMINAL])[3])
-        pairs.append(_refine(scan, [*start, NOMINAL, NOMINAL])[3:])
-    return float(np.median(sides)), np.median(pairs, axis=0)
+    fits = []
+    for scan, pose in zip(scans, poses, strict=True):
+        if _sees_all_sides(scan, pose):
+            start = [pose.x, pose.y, pose.theta, NOMINAL]
+            fits.append([_refine(scan, start)[3], *_refine(scan, [*start, 1.0])[3:]])
+    return np.median(fits, axis=0), np.percentile(fits, (10, 90), axis=0), len(fits)
 
 
-def on_poles(sights, landmarks_file):
-    """Return the share of the points off the walls that lie on a known pole, within 3 cm.
-
-    The poles had no part in the fit: a wrong pose, or a square turned by a quarter, would miss them.
-    """
-    poles = _read_numbers(landmarks_file, b"L")[:, 1:3] / 1000
-    hits = total = 0
-    for sight in sights:
-        points = sight.pose.transform(sight.scan.points)
-        side = np.ptp(sight.pose.transform(sight.corners)[:, 0])
-        margin = (side - NOMINAL) / 2
-        inside = _to_nearest_side(points, side, side) > 0.05
-        away = np.hypot(*(points[inside, None] - poles - margin).transpose(2, 0, 1)).min(axis=1)
-        hits += int((abs(away - POLE_RADIUS) < ON_WALL).sum())
-        total += int(inside.sum())
-    return hits / total
-
-
-def _read_numbers(path, word):
-    with gzip.open(path) as lines:
-        rows = [line.split()[1:] for line in lines if line.startswith(word)]
-    return np.array([[float(cell) for cell in row if cell != b"C"] for row in rows]).reshape(
-        len(rows), -1
+def scaled(scan, scale):
+    """Return a scan with its angles multiplied by `scale`."""
+    return LaserScan(
+        angles=scan.angles * scale,
+        ranges=scan.ranges,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        stamp=scan.stamp,
     )
 
 
-def _guess(scan, reference):
-    """Return the best pose over all headings, with the scanner near the reference position."""
+def sights(scans, poses, side):
+    """Return the sight of each scan in a square of that side [m]; `poses` are first guesses."""
+    return [_sight(scan, pose, side) for scan, pose in zip(scans, poses, strict=True)]
+
+
+def share_on_poles(seen, side, landmarks_file):
+    """Return the share of the points inside the square that lie at a known pole.
+
+    The poles had no part in the fit: wrong poses, or a square turned by a quarter, would miss them.
+    """
+    poles = numbers(landmarks_file, b"L")[:, :2] / 1000 + (side - NOMINAL) / 2
+    hits = total = 0
+    for sight in seen:
+        points = sight.pose.transform(sight.scan.points)
+        inside = points[to_nearest_side(points, side) > 0.05]
+        away = np.hypot(*(inside[:, None] - poles).transpose(2, 0, 1)).min(axis=1)
+        hits += int((away < NEAR_POLE).sum())
+        total += len(inside)
+    return hits / total
+
+
+def to_nearest_side(points, side):
+    """Return the distance of points in the square's frame from its nearest side [m]."""
+    return abs(np.concatenate([points, points - side], axis=1)).min(axis=1)
+
+
+def numbers(path, word):
+    """Return the numbers of the lines of a gzip file that start with `word`."""
+    with gzip.open(path) as lines:
+        rows = [line.split()[1:] for line in lines if line.startswith(word)]
+    return np.array([[float(cell) for cell in row if cell != b"C"] for row in rows])
+
+
+def _search(scan, reference, headings):
+    """Return the best pose over `headings` near the reference, and the reference position."""
     time = scan.stamp * 1000
-    at = np.array([np.interp(time, reference[:, 0], reference[:, k]) for k in (1, 2)]) / 1000
+    axle = np.array([np.interp(time, reference[:, 0], reference[:, k]) for k in (1, 2)]) / 1000
     points = scan.points[::4]
-    offsets = np.stack(np.meshgrid([-0.08, 0, 0.08], [-0.08, 0, 0.08]), axis=-1).reshape(-1, 2)
-    best, least = None, math.inf
-    for heading in HEADINGS:
-        ahead = MOUNTED * np.array([math.cos(heading), math.sin(heading)])
-        for offset in offsets:
-            pose = Pose2D(*(at + ahead + offset), heading)
-            gaps = np.minimum(_to_nearest_side(pose.transform(points), NOMINAL, NOMINAL), TRUNCATION)
-            if gaps.sum() < least:
-                best, least = pose, gaps.sum()
-    fitted = _refine(scan, [best.x, best.y, best.theta])
-    ahead = MOUNTED * np.array([math.cos(fitted[2]), math.sin(fitted[2])])
-    if math.dist(fitted[:2], at + ahead) > LEASH:
-        raise ValueError(f"the pose at {time:.0f} ms is {math.dist(fitted[:2], at):.2f} m off")
-    return Pose2D(*fitted)
+    best, least = Pose2D(*axle, 0.0), math.inf
+    for heading in headings:
+        at = axle + MOUNTED * np.array([math.cos(heading), math.sin(heading)])
+        for offset in OFFSETS:
+            pose = Pose2D(*(at + offset), heading)
+            gaps = to_nearest_side(pose.transform(points), NOMINAL)
+            cost = np.minimum(gaps, TRUNCATION).sum()
+            if cost < least:
+                best, least, reached = pose, cost, at
+    return Pose2D(*_refine(scan, [best.x, best.y, best.theta])), reached
 
 
-def _refine(scan, start):
-    """Return x, y, heading, and width and height if `start` has them, that fit the points best."""
+def _refine(scan, start, side=NOMINAL):
+    """Return x, y, heading and, if `start` has them, side and scale of angles that fit best."""
+    ranges, angles = scan.ranges[scan.valid], scan.angles[scan.valid]
 
     def residuals(p):
-        width, height = (p[3], p[-1]) if len(p) > 3 else (side, side)
-        return _to_nearest_side(Pose2D(*p[:3]).transform(scan.points), width, height)
+        turned = p[2] + angles * (p[4] if len(p) > 4 else 1.0)
+        points = np.stack([p[0] + ranges * np.cos(turned), p[1] + ranges * np.sin(turned)], axis=1)
+        return to_nearest_side(points, p[3] if len(p) > 3 else side)
 
-    side = NOMINAL
-    return least_squares(residuals, start, loss="cauchy", f_scale=LOSS_SCALE).x
-
-
-def _to_nearest_side(points, width, height):
-    x, y = points.T
-    return np.min([abs(x), abs(y), abs(width - x), abs(height - y)], axis=0)
+    for scale in LOSS_SCALES:
+        start = least_squares(residuals, start, loss="cauchy", f_scale=scale).x
+    return start
 
 
 def _sees_all_sides(scan, pose):
-    x, y = pose.transform(scan.points).T
-    counts = [(abs(x) < 0.05).sum(), (abs(x - NOMINAL) < 0.05).sum()]
-    counts += [(abs(y) < 0.05).sum(), (abs(y - NOMINAL) < 0.05).sum()]
-    return min(counts) >= 20
+    points = pose.transform(scan.points)
+    gaps = abs(np.concatenate([points, points - NOMINAL], axis=1))
+    return (gaps < 0.05).sum(axis=0).min() >= 20
 
 
-def _sight(scan, guess, side):
-    def residuals(p):
-        return _to_nearest_side(Pose2D(*p).transform(scan.points), side, side)
-
-    start = [guess.x, guess.y, guess.theta]
-    pose = Pose2D(*least_squares(residuals, start, loss="cauchy", f_scale=LOSS_SCALE).x)
+def _sight(scan, pose, side):
+    pose = Pose2D(*_refine(scan, [pose.x, pose.y, pose.theta], side))
     square = side * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
     points = pose.transform(scan.points)
-    gaps = _to_nearest_side(points, side, side)
+    gaps = to_nearest_side(points, side)
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     corners = (square - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])
     visible = np.array([_visible(points, corner) for corner in square])
-    return Sight(scan, pose, float(np.median(gaps[gaps < 0.05])), corners, visible)
+    return Sight(scan, side, pose, float(np.median(gaps[gaps < 0.05])), corners, visible)
 
 
 def _visible(points, corner):
     """Tell whether beams return from both walls of a corner, right up to it.
 
-    On each wall, at least four points lie within 3 cm of it and 0.3 m of the corner, the nearest
+    On each wall, at least four points lie within 6 cm of it and 0.3 m of the corner, the nearest
     of them within 0.1 m: no pole stands before it, and the field of view does not end there.
     """
     away = abs(points - corner)

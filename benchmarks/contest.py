@@ -15,10 +15,11 @@ from laserfeatures.simulation import Scanner
 
 THETA_STEP = math.radians(1)
 DISTANCE_STEP = 0.02
-ANGLE_LIMIT = math.radians(0.3)  # of a line from its wall, to be right
-DISTANCE_LIMIT = 0.01  # [m]
+LIMITS = np.array([math.radians(0.3), 0.01])  # [rad, m], of a line from its wall, to be right
+SIGMAS = 4.0  # what a short wall may be off instead, for the noise of its points
 CORNER_LIMIT = 0.05  # [m]
 LINES_MAX, THRESHOLD = 8, 4  # of the peer
+RANGE_SIGMA = 0.005  # [m]
 
 SENSORS = {
     181: Scanner(beams=181, field_of_view=math.pi),
@@ -54,18 +55,28 @@ def room_cases(scanner, *, noises=1):
 
 def fresh(scan):
     """Return the scan as a reader would make it: nothing computed yet, angles shared."""
-    return lf.LaserScan(angles=scan.angles, ranges=scan.ranges, range_max=scan.range_max)
+    return lf.LaserScan(
+        angles=scan.angles,
+        ranges=scan.ranges,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        stamp=scan.stamp,
+    )
 
 
-def peer_call(scan, theta_step=THETA_STEP):
+def farthest(scan):
+    """Return the range of the farthest point [m]: no accumulator can do with less."""
+    return math.ceil(scan.ranges[scan.valid].max() / DISTANCE_STEP) * DISTANCE_STEP
+
+
+def peer_call(scan, reach, theta_step=THETA_STEP):
     """Return OpenCV's Hough transform of the points of `scan` as a call without arguments.
 
-    The points are Cartesian and float32 already, and the accumulator is as small as the points
-    allow: both are in the peer's favour.
+    The points are Cartesian and float32 already, in the peer's favour. Its accumulator holds
+    distances up to `reach` [m].
     """
     points = scan.points.astype(np.float32).reshape(-1, 1, 2)
-    farthest = math.ceil(scan.ranges[scan.valid].max() / DISTANCE_STEP) * DISTANCE_STEP
-    limits = (-farthest, farthest, DISTANCE_STEP, 0.0, math.pi, theta_step)
+    limits = (-reach, reach, DISTANCE_STEP, 0.0, math.pi, theta_step)
     return lambda: cv2.HoughLinesPointSet(points, LINES_MAX, THRESHOLD, *limits)
 
 
@@ -80,9 +91,10 @@ def faults(features, case):
     wrong = []
     found = features.lines
     truth = case.truth
-    for k in range(truth.theta.size):
+    limits = np.maximum(LIMITS, SIGMAS * truths.sigmas(case.scan, truth, RANGE_SIGMA))
+    for k, (most_turn, most_shift) in enumerate(limits):
         turn, shift = truths.difference(found.theta, found.d, truth.theta[k], truth.d[k])
-        right = (abs(turn) < ANGLE_LIMIT) & (abs(shift) < DISTANCE_LIMIT)
+        right = (abs(turn) < most_turn) & (abs(shift) < most_shift)
         if right.sum() != 1:
             wrong.append(f"wall {k} of {(truth.beams == k).sum()} beams found {right.sum()} times")
     if len(found) != truth.theta.size:
@@ -109,23 +121,44 @@ def peer_walls(found, truth, theta_step=THETA_STEP):
     return int((hits > 0).sum()), int((hits - (hits > 0)).sum())
 
 
-def interleaved(makers, repeats):
-    """Time calls in turns, each once a round; return seconds (calls, repeats).
+def interleaved(makers, repeats, *, block=10):
+    """Time calls in turns; return seconds (calls, repeats).
 
-    Each of `makers` takes the number of the round and returns the call to be timed; what it does
-    itself is not timed.
+    Each of `makers` takes the number of the repeat and returns the call to be timed; what it does
+    itself is not timed. `block` repeats of one contender follow each other, then as many of the
+    next: with 1, each finds the caches as the other left them.
     """
     seconds = np.empty((len(makers), repeats))
     collecting = gc.isenabled()
     gc.disable()
     try:
-        for k in range(repeats):
+        for first in range(0, repeats, block):
             for m, maker in enumerate(makers):
-                call = maker(k)
-                start = time.perf_counter()
-                call()
-                seconds[m, k] = time.perf_counter() - start
+                for k in range(first, min(first + block, repeats)):
+                    call = maker(k)
+                    start = time.perf_counter()
+                    call()
+                    seconds[m, k] = time.perf_counter() - start
     finally:
         if collecting:
             gc.enable()
     return seconds
+
+
+def contenders(extractor, cases, reaches, theta_step=THETA_STEP):
+    """Return makers for `interleaved`: ours, then the peer with each function of `reaches`."""
+
+    def ours(k):
+        scan = fresh(cases[k % len(cases)].scan)
+        return lambda: extractor(scan)
+
+    def peer(reach):
+        calls = [peer_call(case.scan, reach(case.scan), theta_step) for case in cases]
+        return lambda k: calls[k % len(calls)]
+
+    return [ours, *(peer(reach) for reach in reaches)]
+
+
+def sensor_range(scan):
+    """Return the range of the sensor [m], which is what a user would know."""
+    return scan.range_max

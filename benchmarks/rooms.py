@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from laserfeatures.data import Pose2D
+from laserfeatures import Pose2D
 from laserfeatures.simulation import World
 
 CLEARANCE = 0.4  # [m], least distance of the sensor from a wall
@@ -28,7 +28,12 @@ def random_room(seed: int, *, scale: float = 1.0):
 def plain_room():
     """Return the one known room of the speed tests, 6 m x 4.5 m, and poses in it."""
     outline = [(0, 0), (6, 0), (6, 3), (4.5, 3), (4.5, 4.5), (1, 4.5), (0, 3.5)]
-    poses = [Pose2D(2.0, 1.5, 0.6), Pose2D(3.5, 2.0, 1.9), Pose2D(1.5, 2.5, -0.5)]
+    poses = [
+        Pose2D(1.9, 0.6, 0.9),
+        Pose2D(3.1, 1.0, 0.8),
+        Pose2D(4.6, 0.8, 2.0),
+        Pose2D(1.6, 1.5, 1.6),
+    ]
     return World.outline(np.array(outline, dtype=float)), poses
 
 
@@ -50,7 +55,7 @@ def _outline(rng, width, depth):
             points.append(start)
         if rng.random() < 0.6:
             wide = min(rng.uniform(0.5, 1.5), free[1] - free[0])
-            at = rng.uniform(free[0], free[1] - wide)
+            at = free[0] + rng.random() * (free[1] - free[0] - wide)
             deep = rng.choice([rng.uniform(0.1, 0.5), -rng.uniform(0.1, 0.5), -3.0])
             points += [
                 start + along * at,

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from laserfeatures.data import LaserScan, Pose2D
+from laserfeatures import LaserScan, Pose2D
 from laserfeatures.simulation import Scanner, World
 
 MIN_BEAMS = 4
@@ -77,6 +77,25 @@ def oracle(scan: LaserScan, truth: Truth):
         normal = np.linalg.svd(mine - centre)[2][1]
         theta[k], d[k] = normalised(math.atan2(normal[1], normal[0]), centre @ normal)
     return theta, d
+
+
+def sigmas(scan: LaserScan, truth: Truth, noise: float):
+    """Return the standard deviations of angle [rad] and distance [m] that range noise leaves.
+
+    They are those of the best fit to each wall's beams: a range error moves a point off its wall by
+    the cosine of the incidence angle.
+    """
+    points = np.full((len(scan), 2), np.nan)
+    points[scan.beams] = scan.points
+    found = []
+    for k in range(truth.theta.size):
+        c, s = math.cos(truth.theta[k]), math.sin(truth.theta[k])
+        x, y = points[truth.beams == k].T
+        weight = (x**2 + y**2) / (x * c + y * s) ** 2 / noise**2
+        along = y * c - x * s
+        jacobian = np.stack([along, -np.ones_like(along)], axis=1)
+        found.append(np.sqrt(np.diag(np.linalg.inv((jacobian.T * weight) @ jacobian))))
+    return np.array(found).reshape(-1, 2)
 
 
 def normalised(theta: float, d: float):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.geometry import helper
 
-THINNING = 0.34  # of a chord: points closer than that have the same to say
+THINNING = 0.5  # of a chord: points closer than that have the same to say
 FLANK = 3  # rows of theta beside a peak that only repeat it
 BINS = 1024  # of d, used in turns: lines so far apart that they share a bin are told apart later
 ROW = BINS + 16  # a row that is no power of two long keeps the cache's sets apart
