@@ -12,6 +12,7 @@ from laserfeatures.cli.demo_picture import demo_figure
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import progress
 from laserfeatures.cli.tour import Visit, tour
+from laserfeatures.cli.warm_up import prepared_aside
 from laserfeatures.simulation import hallway
 
 if TYPE_CHECKING:
@@ -37,7 +38,11 @@ def demo(output: str, extractor: str, params: tuple[str, ...]) -> None:
     5 mm noise) scans the hallway from several poses. A corner's error is its distance from the
     nearest crossing of two walls in view.
     """
-    pipeline = extractors.make(extractor, params)
+    with prepared_aside():
+        _demo(output, extractors.make(extractor, params))
+
+
+def _demo(output: str, pipeline: "Pipeline") -> None:
     try:
         ending = figures.picture_format(output)
     except ValueError as error:
