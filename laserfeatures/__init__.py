@@ -5,7 +5,6 @@
 """
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from laserfeatures.data import Features, LaserScan, Lines, LineSegments, PointFeatures, Pose2D
@@ -20,14 +19,14 @@ from laserfeatures.errors import (
     UnknownExtractorError,
 )
 from laserfeatures.registry import get_extractor, list_extractors, register_extractor
-from laserfeatures.sources import open_source
 
 if TYPE_CHECKING:
     from laserfeatures.intersections import Intersections
     from laserfeatures.pipeline import Pipeline
     from laserfeatures.segment_filter import SegmentFilter
+    from laserfeatures.sources import open_source
 
-__version__ = version("laserfeatures")
+    __version__: str
 
 __all__ = [
     "DriverError",
@@ -54,14 +53,17 @@ __all__ = [
     "register_extractor",
 ]
 
-_LAZY = {  # these bring numba, which reading and listing do not need
+_LAZY = {  # these bring numba and all the readers, which not every program needs
     "Intersections": "laserfeatures.intersections",
     "Pipeline": "laserfeatures.pipeline",
     "SegmentFilter": "laserfeatures.segment_filter",
+    "open_source": "laserfeatures.sources",
 }
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("laserfeatures")  # slow to import
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -14,12 +14,13 @@ takes keyword parameters and returns a *line detector*, itself a callable from `
 import difflib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, Protocol
 
 from laserfeatures.errors import PluginError, UnknownExtractorError
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
+
     from laserfeatures.data import LaserScan, LineSegments
     from laserfeatures.pipeline import Pipeline
 
@@ -48,7 +49,7 @@ def list_extractors() -> tuple[str, ...]:
     >>> "direct_hough" in list_extractors()
     True
     """
-    return tuple(sorted({*_registered, *entry_points(group=ENTRY_POINT_GROUP).names}))
+    return tuple(sorted({*_registered, *_entry_points().names}))
 
 
 def register_extractor(name: str, factory: Factory, *, replace: bool = False) -> None:
@@ -154,8 +155,15 @@ def near_names(name: str, names: Iterable[str]) -> str:
     return "there are: " + ", ".join(names) if names else ""
 
 
-def _find_entry_point(name: str) -> EntryPoint:
-    found = tuple(entry_points(group=ENTRY_POINT_GROUP, name=name))
+def _entry_points() -> "EntryPoints":
+    # Imported here: it takes a fifth of the time that importing all of laserfeatures does.
+    from importlib.metadata import entry_points  # noqa: PLC0415
+
+    return entry_points(group=ENTRY_POINT_GROUP)
+
+
+def _find_entry_point(name: str) -> "EntryPoint":
+    found = tuple(_entry_points().select(name=name))
     if not found:
         raise UnknownExtractorError(
             f"no extractor is named {name!r}; {near_names(name, list_extractors())}"
@@ -169,11 +177,11 @@ def _find_entry_point(name: str) -> EntryPoint:
     return found[0]
 
 
-def _distribution(entry: EntryPoint) -> str:
+def _distribution(entry: "EntryPoint") -> str:
     return entry.dist.name if entry.dist else "an unknown package"
 
 
-def _load(entry: EntryPoint) -> Factory:
+def _load(entry: "EntryPoint") -> Factory:
     try:
         factory = entry.load()
     except Exception as error:

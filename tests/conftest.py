@@ -1,0 +1,25 @@
+"""Settings of the whole test session, made before numba is imported."""
+
+import atexit
+import os
+import shutil
+import tempfile
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    # A kernel's cache does not see a change in a helper of another module: start from an empty
+    # one, shared with the processes that tests start.
+    _cache = tempfile.mkdtemp(prefix="laserfeatures-numba-")
+    os.environ["NUMBA_CACHE_DIR"] = _cache
+    atexit.register(shutil.rmtree, _cache, ignore_errors=True)
+
+from hypothesis import HealthCheck, settings
+
+_common = {
+    "deadline": None,  # the first example compiles
+    "derandomize": True,
+    "database": None,
+    "suppress_health_check": [HealthCheck.too_slow],
+}
+settings.register_profile("ci", max_examples=100, **_common)
+settings.register_profile("nojit", max_examples=15, **_common)
+settings.load_profile("nojit" if os.environ.get("NUMBA_DISABLE_JIT") == "1" else "ci")

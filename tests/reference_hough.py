@@ -1,0 +1,190 @@
+"""Slow, obvious twins of direct_hough's kernels."""
+
+import math
+
+import numpy as np
+import reference
+
+
+def votes(points, theta, d):
+    """Twin of `accumulate`: each point votes, in each row, for the nearest distance."""
+    counts = np.zeros((theta.size, d.size), int)
+    for x, y in points:
+        for t in range(theta.size):
+            counts[t, np.argmin(abs(d - (x * math.cos(theta[t]) + y * math.sin(theta[t]))))] += 1
+    return counts
+
+
+def peaks(counts, threshold, max_peaks, window_d, window_theta):
+    """Twin of `_find_peaks`: the highest cell outside the windows of the peaks before it."""
+    rows, columns = counts.shape
+    found = []
+    free = np.ones(counts.shape, bool)
+    while len(found) < max_peaks:
+        left = np.where(free, counts, -1)
+        row, column = np.unravel_index(np.argmax(left), counts.shape)
+        if left[row, column] < threshold:
+            break
+        found.append((row, column))
+        for t in range(rows):
+            for k in range(columns):
+                # One half turn on, the cell stands for the same line with -d.
+                for turns in range(-3, 4):
+                    there = k if turns % 2 == 0 else columns - 1 - k
+                    near_theta = abs(t + turns * rows - row) <= window_theta // 2
+                    if near_theta and abs(there - column) <= window_d // 2:
+                        free[t, k] = False
+    return found
+
+
+def is_arc(points, sigma, max_radius):
+    """Twin of `is_arc`: the circle of Kasa by a linear solver, the line by eigenvalues."""
+    n = len(points)
+    away = points - points.mean(axis=0)
+    off_line = np.linalg.eigvalsh(away.T @ away)[0]
+    if off_line < (n - 2) * max(1.5 * sigma, 0.01) ** 2:
+        return False
+    # x^2 + y^2 = 2 cx x + 2 cy y + (r^2 - cx^2 - cy^2)
+    solution = np.linalg.lstsq(
+        np.column_stack([2 * away, np.ones(n)]), (away**2).sum(axis=1), rcond=None
+    )[0]
+    centre = solution[:2] + points.mean(axis=0)
+    radius = math.sqrt(solution[2] + solution[:2] @ solution[:2])
+    bulges_away = np.linalg.norm(centre) < np.linalg.norm(points.mean(axis=0))
+    if radius > max_radius or bulges_away:
+        return False
+    off_circle = ((np.hypot(*(points - centre).T) - radius) ** 2).sum()
+    return off_circle < max(n - 3, 1) * max(1.7 * sigma, 0.01) ** 2
+
+
+def arcs(points, beams, sigma, jump, max_radius, post, max_missed):
+    """Twin of `set_arcs_aside`: which points are on round objects."""
+    step = np.hypot(*np.diff(points, axis=0).T)
+    cuts = np.flatnonzero((step > jump) | (np.diff(beams) > max_missed + 1)) + 1
+    aside = np.zeros(len(points), bool)
+    for group in np.split(np.arange(len(points)), cuts):
+        if len(group) < 4:
+            continue
+        across = np.linalg.norm(points[group[-1]] - points[group[0]])
+        small = across < post
+        wide = across >= math.sqrt(5) * max_radius
+        aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius))
+    return aside
+
+
+def pair_votes(points, live, rows, distance_step, chord, tolerance, partners, rules, slack):
+    """Twin of `vote_pairs`: the most votes of one cell in each row.
+
+    The kernel's angles are good to 1e-3 rad: windows are made wider by `slack` rows, or narrower.
+    `rules` are the kernel's (thinning, first whole number of the bins, number of bins).
+    """
+    thinning, origin, bins = rules
+    cells = np.zeros((rows, bins), int)
+    last, partner = np.array([math.inf, math.inf]), 0
+    for a in range(len(live) - 1):
+        here = points[live[a]]
+        if np.linalg.norm(here - last) < thinning * chord:
+            continue
+        last = here
+        partner = max(partner, a + 1)  # the search for partners never goes back
+        while partner < len(live) and np.linalg.norm(points[live[partner]] - here) < chord:
+            partner += 1
+        for b in range(partner, min(partner + partners, len(live))):
+            step = points[live[b]] - here
+            normal = math.atan2(step[0], -step[1]) * rows / math.pi
+            width = min(tolerance / np.linalg.norm(step) * rows / math.pi, rows / 2) + slack
+            middle = (here + points[live[b]]) / 2 / distance_step
+            if slack > 0:
+                width = max(width, 1.0)  # a window has a row, however narrow it is
+            for row in range(rows):
+                off = (row - normal + rows / 2) % rows - rows / 2
+                if abs(off) <= width:
+                    angle = row * math.pi / rows
+                    cell = middle[0] * math.cos(angle) + middle[1] * math.sin(angle)
+                    cells[row, int(cell + origin) % bins] += 1
+    return cells.max(axis=1)
+
+
+def peak_rows(counts, min_votes, flank):
+    """Twin of repeated `next_peak`: rows by falling votes, but not those beside a higher one."""
+    done = set()
+    found = []
+    for row in sorted(range(len(counts)), key=lambda t: -counts[t]):
+        if row not in done and counts[row] >= min_votes << 32:
+            found.append(row)
+            for t in range(row - flank, row + flank + 1):
+                if counts[t % len(counts)] <= counts[row]:
+                    done.add(t % len(counts))
+    return found
+
+
+def estimate_sigma(points, baseline):
+    """Twin of `estimate_sigma` on few points, before its limits; None under eight chords."""
+    noise = []
+    for i in range(1, len(points) - 1):
+        away = np.linalg.norm(points - points[i], axis=1) >= baseline
+        a = max(np.flatnonzero(away[:i]), default=0)
+        b = i + 1 + min(np.flatnonzero(away[i + 1 :]), default=len(points) - 2 - i)
+        chord = points[b] - points[a]
+        length = np.linalg.norm(chord)
+        if length == 0:
+            continue
+        normal = np.array([-chord[1], chord[0]]) / length
+        share = (points[i] - points[a]) @ chord / length**2
+        incidence = abs(points[i] @ normal) / np.linalg.norm(points[i])
+        if incidence > 0.2 and 0 < share < 1:
+            # The point's own noise, and that of the chord beside it.
+            deviation = math.sqrt(1 + share**2 + (1 - share) ** 2)
+            noise.append(abs((points[i] - points[a]) @ normal) / incidence / deviation)
+    return sorted(noise)[len(noise) // 2] / 0.6745 if len(noise) >= 8 else None
+
+
+def walk(points, beams, free, start, way, line, gate, max_missed, max_gap, max_growth):
+    """Twin of `walk`: the free inliers from `start` (not itself) to the first gap."""
+    theta, d = line
+    normal = np.array([math.cos(theta), math.sin(theta)])
+    inlier = free & (abs(points @ normal - d) < gate)
+    side = np.arange(start + way, len(points) if way > 0 else -1, way)
+    run = np.array([start, *side[inlier[side]]], dtype=int)
+    along = points[run] @ (-normal[1], normal[0])
+    piece = reference.split_run(along, way * beams[run], max_missed, max_gap, max_growth)[0]
+    return run[piece[1:]].tolist()
+
+
+def grow(points, beams, free, seed, *rest):
+    """Twin of `grow`: the seed, what lies before it and what lies after it."""
+    return [
+        seed,
+        *walk(points, beams, free, seed, -1, *rest),
+        *walk(points, beams, free, seed, 1, *rest),
+    ]
+
+
+def bend(points, line):
+    """Return the quadratic term of points' distances along a line, and its standard error.
+
+    The error is that for a unit noise of the distances.
+    """
+    theta, d = line
+    along = points @ (-math.sin(theta), math.cos(theta))
+    along -= along.mean()
+    off = points @ (math.cos(theta), math.sin(theta)) - d
+    design = np.column_stack([np.ones(len(along)), along, along**2])
+    scale = np.linalg.norm(design, axis=0)
+    q, r = np.linalg.qr(design / scale)
+    return np.linalg.solve(r, q.T @ off)[2] / scale[2], 1 / abs(r[2, 2]) / scale[2]
+
+
+def give_to_nearest(points, owner, lines, neighbourhood):
+    """Twin of `give_to_nearest`: each point in turn goes to the nearest wall of its neighbours."""
+    owner = owner.copy()
+    for i, point in enumerate(points):
+        low, high = max(0, i - neighbourhood), min(len(points) - 1, i + neighbourhood)
+        if owner[i] < 0 or owner[low] == owner[i] == owner[high]:
+            continue
+        walls = [owner[i], *owner[low : high + 1][owner[low : high + 1] >= 0]]
+        off = [
+            abs(point @ (math.cos(lines[k][0]), math.sin(lines[k][0])) - lines[k][1]) for k in walls
+        ]
+        owner[i] = walls[int(np.argmin(off))]
+    return owner

@@ -1,0 +1,103 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scenes import segments_of
+
+from laserfeatures import Features, LaserScan, Lines, LineSegments, PointFeatures
+
+LINES = {"theta": [0.0, 1.0], "d": [1.0, -2.0], "support": [5, 6], "covariance": np.zeros((2, 2, 2))}
+SEGMENTS = {
+    "lines": Lines(**LINES),
+    "line": [1, 1, 0],
+    "endpoints": np.arange(12.0).reshape(3, 2, 2),
+    "support": [3, 3, 5],
+    "rms": [0.1, 0.2, 0.3],
+    "points": np.zeros((3, 7), bool),
+}
+CORNERS = {
+    "positions": [(1, 2)],
+    "covariance": np.zeros((1, 2, 2)),
+    "lines": [(0, 1)],
+    "angles": [1.0],
+    "real": [True],
+}
+KINDS = [(Lines, LINES), (LineSegments, SEGMENTS), (PointFeatures, CORNERS)]
+
+
+@pytest.mark.parametrize(("kind", "fields"), KINDS)
+def test_fields_are_read_only_c_contiguous_copies(kind, fields):
+    record = kind(**fields)
+    for name, value in fields.items():
+        if name == "lines" and kind is LineSegments:
+            continue
+        array = getattr(record, name)
+        np.testing.assert_array_equal(array, value)
+        assert array is not value
+        assert array.flags.c_contiguous
+        assert not array.flags.writeable
+
+
+def test_length_is_the_number_of_lines_segments_or_corners():
+    assert [len(kind(**fields)) for kind, fields in KINDS] == [2, 3, 1]
+
+
+@pytest.mark.parametrize(("kind", "fields"), KINDS)
+def test_fields_cannot_be_set(kind, fields):
+    record = kind(**fields)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(record, next(iter(fields)), None)
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "wrong"),
+    [
+        (kind, fields, name)
+        for kind, fields in KINDS
+        for name in fields
+        if not isinstance(fields[name], Lines)
+    ],
+)
+def test_a_field_of_the_wrong_shape_is_named_with_both_shapes(kind, fields, wrong):
+    value = np.zeros((1, 2, 3, 4))
+    with pytest.raises(ValueError, match=rf"{wrong} must have shape \(.*\), got \(1, 2, 3, 4\)"):
+        kind(**{**fields, wrong: value})
+
+
+def test_fields_must_be_as_many():
+    with pytest.raises(ValueError, match=r"d must have shape \(2\), got \(3,\)"):
+        Lines(**{**LINES, "d": [1, 2, 3]})
+    with pytest.raises(ValueError, match=r"points must have shape \(3, n\), got \(2, 7\)"):
+        LineSegments(**{**SEGMENTS, "points": np.zeros((2, 7), bool)})
+
+
+@pytest.mark.parametrize("theta", [-0.1, math.pi, math.nan])
+def test_theta_lies_below_pi(theta):
+    with pytest.raises(ValueError, match=r"theta must lie in \[0, pi\) rad, got \[0\.0, "):
+        Lines(**{**LINES, "theta": [0.0, theta]})
+
+
+@pytest.mark.parametrize("line", [-1, 2])
+def test_a_segment_is_of_one_of_the_lines(line):
+    with pytest.raises(ValueError, match=r"line must index one of the 2 lines, got \[0, 0, "):
+        LineSegments(**{**SEGMENTS, "line": [0, 0, line]})
+
+
+def test_types_are_float_int_and_bool():
+    segments, corners = LineSegments(**SEGMENTS), PointFeatures(**CORNERS)
+    assert segments.line.dtype == corners.lines.dtype == np.int64
+    assert segments.points.dtype == corners.real.dtype == np.bool_
+    assert segments.support.dtype == corners.positions.dtype == np.float64
+
+
+def test_lengths_are_from_end_to_end():
+    segments = segments_of([0.3], [2.0], [(0, -1.0, 2.5, range(5), 0.0)])
+    assert segments.lengths.tolist() == pytest.approx([3.5])
+
+
+def test_features_hold_the_lines_of_their_segments():
+    segments = LineSegments(**SEGMENTS)
+    scan = LaserScan(angles=[], ranges=[])
+    features = Features(scan=scan, segments=segments, corners=PointFeatures(**CORNERS))
+    assert features.lines is segments.lines

@@ -1,0 +1,112 @@
+import math
+
+import kernels
+import numpy as np
+import pytest
+import reference_hough
+from hypothesis import given
+from hypothesis import strategies as st
+from laserfeatures_plugins.direct_hough import sharing
+from scenes import chain, line_errors, look, scan_of
+
+SIGMA = 0.005
+seeds = st.integers(0, 10**6).map(np.random.default_rng)
+
+
+def corner(rng):
+    """Return the points of two walls that meet, and the wall of each by truth."""
+    walls = chain((2, -1.5), (2, 1 + rng.uniform(-0.5, 0.5)), (0.0, 1.4))
+    scan, hit = look(walls, sigma=SIGMA, seed=int(rng.integers(10**6)), beams=181)
+    return scan.points, hit[scan.beams]
+
+
+@given(seeds)
+def test_points_at_the_ends_of_walls_go_to_the_nearest_as_their_twin_says(rng):
+    points, owner = corner(rng)
+    swapped = rng.random(len(points)) < 0.1
+    owner = np.where(swapped, rng.integers(-2, 2, len(points)), owner)
+    walls = kernels.fitted(points, np.where(owner < 0, 0, owner))
+    after, changed = kernels.give_to_nearest(points, owner, walls)
+    expected = reference_hough.give_to_nearest(points, owner, walls[:, :2], sharing.NEIGHBOURHOOD)
+    np.testing.assert_array_equal(after, expected)
+    moved = expected != owner
+    assert set(np.flatnonzero(changed)) == {*owner[moved].tolist(), *expected[moved].tolist()}
+
+
+@given(seeds)
+def test_a_wall_that_ran_past_the_corner_gives_the_points_back(rng):
+    points, truth = corner(rng)
+    before = truth.copy()
+    first = np.flatnonzero(truth == 1)[0]
+    before[first : first + 4] = 0  # the first wall took four points of the second
+    owner, walls = kernels.share_points(points, before, kernels.fitted(points, before), 4)
+    normal = np.stack([np.cos(walls[:, 0]), np.sin(walls[:, 0])])
+    # Only points within the noise of both walls may be on either.
+    off = abs(points @ normal - walls[:, 1])
+    assert (off[owner != truth] < 4 * SIGMA).all()
+    np.testing.assert_array_equal(walls[:, 5], np.bincount(owner))
+    np.testing.assert_allclose(walls[:, :2], kernels.fitted(points, owner)[:, :2], atol=1e-4)
+    np.testing.assert_allclose(walls[:, 2:], kernels.fitted(points, owner)[:, 2:], rtol=0.05)
+
+
+def test_points_of_settled_walls_stay_where_they_are():
+    points, truth = corner(np.random.default_rng(1))
+    settled, walls = kernels.share_points(points, truth, kernels.fitted(points, truth), 4)
+    owner, again = kernels.share_points(points, settled, walls, 4)
+    np.testing.assert_array_equal(owner, settled)
+    np.testing.assert_array_equal(again, walls)
+
+
+def test_a_wall_that_loses_its_points_is_left_with_none():
+    scan = scan_of([(2, -1), (2, 1)], sigma=SIGMA)
+    before = np.zeros(len(scan.points), np.int64)
+    before[50:53] = 1
+    walls = kernels.fitted(scan.points, before)
+    walls[1, :2] = (0.5, 3.0)  # a line on which none of the points lies
+    owner, walls = kernels.share_points(scan.points, before, walls, 4)
+    assert (owner == 0).all()
+    assert walls[:, 5].tolist() == [len(owner), 0]
+
+
+def door(gap=0.8, shift=0.0, turn=0.0):
+    """Return two walls beside a door, `shift` [m] behind one another, the second turned."""
+    c, s = math.cos(turn), math.sin(turn)
+    near = [(2, -gap / 2 - 1.5), (2, -gap / 2)]
+    far = [(2 + shift, gap / 2), (2 + shift - 1.5 * s, gap / 2 + 1.5 * c)]
+    scan, hit = look([near, far], sigma=SIGMA, beams=361)
+    return scan.points, hit[scan.beams]
+
+
+def test_pieces_beside_a_door_become_one_line():
+    points, before = door()
+    owner, walls = kernels.merge_pieces(points, before, SIGMA)
+    assert (owner == 0).all()
+    assert walls[:, 5].tolist() == [len(points), 0]
+    assert abs(line_errors(walls[0, :2], (0.0, 2.0))).max() < 0.005
+    np.testing.assert_allclose(walls[:1, 1:], kernels.fitted(points, owner)[:, 1:], rtol=1e-3)
+
+
+@pytest.mark.parametrize("scene", [{"shift": 0.08}, {"shift": -0.08}, {"turn": 0.2}])
+def test_walls_on_different_lines_stay_apart(scene):
+    points, before = door(**scene)
+    owner, walls = kernels.merge_pieces(points, before, SIGMA)
+    np.testing.assert_array_equal(owner, before)
+    assert (walls[:, 5] > 0).all()
+
+
+def test_walls_may_be_one_across_the_wrap_of_theta():
+    a = (1e-3, 2.0, 0.0, 0.0)
+    assert kernels.may_be_one(a, (math.pi - 1e-3, -2.0, 0.0, 0.0), SIGMA)
+    assert not kernels.may_be_one(a, (math.pi - 1e-3, 2.0, 0.0, 0.0), SIGMA)
+
+
+@given(seeds)
+def test_walls_may_be_one_where_their_lines_differ_by_four_standard_deviations(rng):
+    a = (rng.uniform(0, math.pi), rng.uniform(-3, 3), 4.0, 4.0)
+    step = rng.uniform(-0.15, 0.15, 2)
+    turns, theta = divmod(a[0] + step[0], math.pi)
+    b = (theta, (-1) ** turns * (a[1] + step[1]), 16.0, 4.0)
+    turned = abs(step[0]) > 4 * SIGMA * math.sqrt(20.0) + 0.01
+    shifted = abs(step[1]) > 4 * SIGMA * math.sqrt(8.0 + 1.0)
+    assert kernels.may_be_one(a, b, SIGMA) == (not turned and not shifted)
+    assert kernels.may_be_one(b, a, SIGMA) == kernels.may_be_one(a, b, SIGMA)

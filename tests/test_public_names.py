@@ -1,0 +1,88 @@
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import laserfeatures as lf
+from laserfeatures import errors
+
+NAMES = [name for name in lf.__all__ if name != "__version__"]
+STAGES_AND_DATA = {
+    "Features", "Intersections", "LaserScan", "LineSegments", "Lines", "Pipeline", "PointFeatures",
+    "SegmentFilter",
+}  # fmt: skip
+TREE = {
+    "LaserFeaturesError": (Exception,),
+    "UnknownExtractorError": (errors.LaserFeaturesError, LookupError),
+    "PluginError": (errors.LaserFeaturesError,),
+    "MissingDependencyError": (errors.LaserFeaturesError, ImportError),
+    "SourceError": (errors.LaserFeaturesError, OSError),
+    "DriverError": (errors.LaserFeaturesError, OSError),
+    "DriverTimeoutError": (errors.DriverError, TimeoutError),
+    "ProtocolError": (errors.DriverError,),
+}
+
+
+def test_all_is_sorted_and_without_repeats():
+    assert sorted(set(lf.__all__)) == lf.__all__
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_exists_and_says_what_it_is(name):
+    doc = inspect.getdoc(getattr(lf, name))
+    assert doc
+    first = doc.splitlines()[0]
+    assert first.endswith(".")
+    assert len(first) <= 100
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_docstring_tells_parameters_and_errors(name):
+    value = getattr(lf, name)
+    doc = inspect.getdoc(value)
+    if inspect.isfunction(value) and inspect.signature(value).parameters:
+        assert "\nParameters\n" in doc
+        assert "\nRaises\n" in doc
+        for parameter in inspect.signature(value).parameters:
+            assert f"{parameter} : " in doc or f"**{parameter}" in doc
+    if name in STAGES_AND_DATA - {"Features"}:
+        assert "\nParameters\n" in doc
+        section = doc.split("\nParameters\n")[1]
+        for field in inspect.signature(value).parameters:
+            assert field in section, f"{name} does not tell of {field}"
+
+
+def test_dir_and_wrong_names_behave_as_a_modules():
+    with pytest.raises(AttributeError, match="module 'laserfeatures' has no attribute 'Pipe'"):
+        lf.Pipe  # noqa: B018 - the access is what fails
+    assert isinstance(lf.__version__, str)
+
+
+def test_the_lazy_names_are_the_ones_of_their_modules():
+    from laserfeatures.pipeline import Pipeline
+    from laserfeatures.segment_filter import SegmentFilter
+
+    assert lf.Pipeline is Pipeline
+    assert lf.SegmentFilter is SegmentFilter
+
+
+@pytest.mark.parametrize("name", TREE)
+def test_the_tree_of_errors_is_as_drawn(name):
+    kind = getattr(errors, name)
+    assert kind.__bases__ == TREE[name]
+    assert getattr(lf, name) is kind
+    assert f" {name} " in errors.__doc__.replace("\n", " ")
+
+
+def test_there_are_no_other_errors():
+    kinds = {n for n, kind in vars(errors).items() if isinstance(kind, type)}
+    assert kinds == set(TREE)
+
+
+def test_a_star_import_brings_just_the_public_names():
+    code = "from laserfeatures import *; print(*sorted(n for n in dir() if n[:2] != '__'))"
+    done = subprocess.run(  # noqa: S603 - our own interpreter and code
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == NAMES
