@@ -21,5 +21,5 @@ _common = {
     "suppress_health_check": [HealthCheck.too_slow],
 }
 settings.register_profile("ci", max_examples=100, **_common)
-settings.register_profile("nojit", max_examples=15, **_common)
+settings.register_profile("nojit", max_examples=40, **_common)
 settings.load_profile("nojit" if os.environ.get("NUMBA_DISABLE_JIT") == "1" else "ci")

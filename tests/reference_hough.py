@@ -65,7 +65,7 @@ def arcs(points, beams, sigma, jump, max_radius, post, max_missed):
     for group in np.split(np.arange(len(points)), cuts):
         if len(group) < 4:
             continue
-        across = np.linalg.norm(points[group[-1]] - points[group[0]])
+        across = np.linalg.norm(points[group] - points[group[0]], axis=1).max()
         small = across < post
         wide = across >= math.sqrt(5) * max_radius
         aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius))

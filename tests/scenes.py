@@ -2,6 +2,7 @@
 
 import math
 import os
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def wall(theta: float, d: float, low: float, high: float) -> list[tuple[float, f
 
 def chain(*points):
     """Return the walls that join successive points."""
-    return [list(pair) for pair in zip(points, points[1:], strict=False)]
+    return [list(pair) for pair in pairwise(points)]
 
 
 def look(walls, *, sigma=0.0, seed=0, beams=361, view=math.pi, range_max=30.0, pose=ORIGIN):
@@ -114,12 +115,11 @@ def segments_of(theta, d, pieces, *, covariance=None):
     for row, piece in zip(points, pieces, strict=True):
         row[list(piece[3])] = True
     ends = [wall(theta[k], d[k], low, high) for k, low, high, *_ in pieces]
-    spread = np.tile(np.diag([1e-6, 1e-6]), (len(theta), 1, 1))
+    if covariance is None:
+        covariance = np.tile(np.diag([1e-6, 1e-6]), (len(theta), 1, 1))
     support = [sum(len(p[3]) for p in pieces if p[0] == k) for k in range(len(theta))]
     return LineSegments(
-        lines=Lines(
-            theta=theta, d=d, support=support, covariance=spread if covariance is None else covariance
-        ),
+        lines=Lines(theta=theta, d=d, support=support, covariance=covariance),
         line=[p[0] for p in pieces],
         endpoints=np.array(ends).reshape(-1, 2, 2),
         support=points.sum(axis=1),

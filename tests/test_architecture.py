@@ -23,6 +23,7 @@ LAYERS = [
     ("pipeline", "emulators", "figures", "records"),
     ("__init__",),
     ("cli",),
+    ("__main__",),
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 FOR_PLUGINS = {"arrays", "data", "scan", "geometry", "errors"}
@@ -80,7 +81,9 @@ def test_the_core_imports_one_way_and_no_plugin(path):
     "path", [p for p in FILES if PLUGINS in p.parents], ids=lambda p: str(p.relative_to(PLUGINS))
 )
 def test_a_plugin_imports_only_data_geometry_and_errors_and_itself(path):
-    own = ".".join(["laserfeatures_plugins", path.relative_to(PLUGINS).parts[0].removesuffix(".py")])
+    own = ".".join(
+        ["laserfeatures_plugins", path.relative_to(PLUGINS).parts[0].removesuffix(".py")]
+    )
     for name in imported(path):
         module = module_of(name)
         assert module is None or module in FOR_PLUGINS, f"{path} imports {name}"

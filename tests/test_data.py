@@ -7,7 +7,12 @@ from scenes import segments_of
 
 from laserfeatures import Features, LaserScan, Lines, LineSegments, PointFeatures
 
-LINES = {"theta": [0.0, 1.0], "d": [1.0, -2.0], "support": [5, 6], "covariance": np.zeros((2, 2, 2))}
+LINES = {
+    "theta": [0.0, 1.0],
+    "d": [1.0, -2.0],
+    "support": [5, 6],
+    "covariance": np.zeros((2, 2, 2)),
+}
 SEGMENTS = {
     "lines": Lines(**LINES),
     "line": [1, 1, 0],

@@ -45,8 +45,14 @@ def test_a_wall_that_ran_past_the_corner_gives_the_points_back(rng):
     off = abs(points @ normal - walls[:, 1])
     assert (off[owner != truth] < 4 * SIGMA).all()
     np.testing.assert_array_equal(walls[:, 5], np.bincount(owner))
-    np.testing.assert_allclose(walls[:, :2], kernels.fitted(points, owner)[:, :2], atol=1e-4)
-    np.testing.assert_allclose(walls[:, 2:], kernels.fitted(points, owner)[:, 2:], rtol=0.05)
+    assert_fitted(walls, points, owner)
+
+
+def assert_fitted(walls, points, owner):
+    """Check walls against fits from a theta of their own, which the weights hang on a little."""
+    expected = kernels.fitted(points, owner)
+    assert abs(line_errors(walls[:, :2], expected[:, :2])).max() < 1e-4
+    np.testing.assert_allclose(walls[:, [2, 4, 5]], expected[:, [2, 4, 5]], rtol=0.02)
 
 
 def test_points_of_settled_walls_stay_where_they_are():
@@ -83,7 +89,7 @@ def test_pieces_beside_a_door_become_one_line():
     assert (owner == 0).all()
     assert walls[:, 5].tolist() == [len(points), 0]
     assert abs(line_errors(walls[0, :2], (0.0, 2.0))).max() < 0.005
-    np.testing.assert_allclose(walls[:1, 1:], kernels.fitted(points, owner)[:, 1:], rtol=1e-3)
+    assert_fitted(walls[:1], points, owner)
 
 
 @pytest.mark.parametrize("scene", [{"shift": 0.08}, {"shift": -0.08}, {"turn": 0.2}])

@@ -55,23 +55,32 @@ def test_pairs_vote_as_often_as_their_twin_says(rng, count, chord, tolerance, pa
     assert np.isin(voter[most > 0], live).all()
 
 
+def row_of_points():
+    """Return 21 points on a wall at 40 degrees, 30 cm apart: none too near to another to vote."""
+    first, last = wall(math.radians(40), 2.0, -3.0, 3.0)
+    return np.linspace(first, last, 21)
+
+
 def test_a_wall_gets_one_vote_of_each_pair_at_its_own_theta():
-    theta, d = math.radians(40), 2.0
-    (x0, y0), (x1, y1) = wall(theta, d, -1.0, 1.0)
-    points = np.linspace((x0, y0), (x1, y1), 21)  # 10 cm apart
-    most, voter = vote(points, np.arange(21), 0.25, 0.01, 1)
+    most, voter = vote(row_of_points(), np.arange(21), 0.25, 0.01, 1)
     assert most.argmax() == 20
-    assert most.max() == 18  # each point but the last three has a partner 30 cm on
-    assert 0 <= voter[20] < 18
+    assert most.max() == 20  # each point but the last has a partner
+    assert 0 <= voter[20] < 20
+    assert most[:18].max() == most[23:].max() == 0
 
 
 def test_points_that_may_not_vote_do_not():
-    points = np.linspace((2.0, -1.0), (2.0, 1.0), 21)
-    most, _ = vote(points, np.arange(0), 0.25, 0.01, 1)
+    most, _ = vote(row_of_points(), np.arange(0), 0.25, 0.01, 1)
     assert not most.any()
-    most, voter = vote(points, np.arange(10, 21), 0.25, 0.01, 1)
-    assert most.max() == 8
+    most, voter = vote(row_of_points(), np.arange(10, 21), 0.25, 0.01, 1)
+    assert most.max() == 10
     assert voter[most > 0].min() >= 10
+
+
+def test_of_points_much_nearer_than_the_chord_one_votes_for_all():
+    twice = np.repeat(row_of_points(), 2, axis=0)
+    most, _ = vote(twice, np.arange(42), 0.25, 0.01, 1)
+    assert most.max() == 20
 
 
 def test_votes_at_or_below_the_base_count_as_none():

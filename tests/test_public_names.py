@@ -5,7 +5,7 @@ import sys
 import pytest
 
 import laserfeatures as lf
-from laserfeatures import errors
+from laserfeatures import errors, intersections, pipeline, segment_filter
 
 NAMES = [name for name in lf.__all__ if name != "__version__"]
 STAGES_AND_DATA = {
@@ -53,18 +53,16 @@ def test_a_docstring_tells_parameters_and_errors(name):
             assert field in section, f"{name} does not tell of {field}"
 
 
-def test_dir_and_wrong_names_behave_as_a_modules():
+def test_a_name_that_does_not_exist_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'laserfeatures' has no attribute 'Pipe'"):
         lf.Pipe  # noqa: B018 - the access is what fails
     assert isinstance(lf.__version__, str)
 
 
 def test_the_lazy_names_are_the_ones_of_their_modules():
-    from laserfeatures.pipeline import Pipeline
-    from laserfeatures.segment_filter import SegmentFilter
-
-    assert lf.Pipeline is Pipeline
-    assert lf.SegmentFilter is SegmentFilter
+    assert lf.Pipeline is pipeline.Pipeline
+    assert lf.SegmentFilter is segment_filter.SegmentFilter
+    assert lf.Intersections is intersections.Intersections
 
 
 @pytest.mark.parametrize("name", TREE)
