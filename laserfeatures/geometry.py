@@ -101,7 +101,8 @@ def is_gap(
     """Tell whether the way between two successive points of a line is a gap in its surface.
 
     It is where it is wide and either misses several beams or jumps: along a wall the way from beam
-    to beam changes smoothly from the `spacing` before, however wide it gets at grazing incidence.
+    to beam changes smoothly from the `spacing` beside it, however wide it gets at grazing
+    incidence.
     """
     return metres_apart > max_gap and (
         beams_apart > max_missed + 1 or metres_apart > max_growth * beams_apart * spacing
@@ -141,25 +142,31 @@ def cut_segments(
     line (S,), endpoints (S, 2, 2), support (S,), rms (S,), points (S, beams) : arrays
         As in `LineSegments`.
     """
-    ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
-    count = 0
-    c = s = spacing = math.inf
+    steps = np.empty(member.size + 1)  # way from the point before to this one, for each beam
+    steps[member.size] = math.inf
+    c = s = 0.0
     for m in range(member.size):
+        steps[m] = math.inf
         if m == 0 or line[m] != line[m - 1]:
             c = math.cos(theta[line[m]])
             s = math.sin(theta[line[m]])
-            new = True
         else:
             i = member[m]
             j = member[m - 1]
-            missed = beam[i] - beam[j]
-            apart = abs((y[i] - y[j]) * c - (x[i] - x[j]) * s)
-            new = is_gap(missed, apart, spacing, max_missed, max_gap, max_growth)
-            spacing = apart / missed
+            steps[m] = abs((y[i] - y[j]) * c - (x[i] - x[j]) * s) / (beam[i] - beam[j])
+    ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
+    count = 0
+    before = math.inf
+    for m in range(member.size):
+        new = True
+        if steps[m] < math.inf:
+            missed = beam[member[m]] - beam[member[m - 1]]
+            spacing = min(before, steps[m + 1])  # the one on the nearer side is the smaller
+            new = is_gap(missed, steps[m] * missed, spacing, max_missed, max_gap, max_growth)
+        before = math.inf if new else steps[m]
         if new:
             ends[count] = m
             count += 1
-            spacing = math.inf
     ends[count] = member.size
     of_line = np.empty(count, np.int64)
     endpoints = np.empty((count, 2, 2))

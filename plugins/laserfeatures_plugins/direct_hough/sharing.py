@@ -6,23 +6,34 @@ import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.geometry import fit_line, helper
-from laserfeatures_plugins.direct_hough.walls import FLATNESS, gather, is_wall, keep_wall, off_line
+from laserfeatures_plugins.direct_hough.walls import gather, is_wall, keep_wall, off_line
 
+TURN = 0.05  # [rad]; pieces of one real wall differ by no more
+NEAR = 0.1  # [m]
+BEND = 0.02  # [m]; pieces of one real wall lie no farther off one line
 NEIGHBOURHOOD = 4  # points beside the end of a wall that may belong to the next one
 ROUNDS = 3  # of sharing points out and refitting
 
 
 @helper
 def may_be_one(a: FloatArray, b: FloatArray, sigma: float) -> bool:
-    """Tell whether two walls lie within four standard deviations of one line."""
-    turn = b[0] - a[0]
-    d = b[1]
-    if abs(turn) > 0.5 * math.pi:  # theta wraps: the same line has -d beyond 0 and pi
-        turn -= math.copysign(math.pi, turn)
-        d = -d
-    shift = abs(d - a[1])
-    turned = abs(turn) > 4.0 * sigma * math.sqrt(a[2] + b[2]) + 0.01
-    return not (turned or shift > 4.0 * sigma * math.sqrt(a[4] + b[4] + 1.0))
+    """Tell whether two walls have nearly one direction and the middle of one is near the other."""
+    turn = abs(b[0] - a[0])
+    turn = min(turn, math.pi - turn)  # theta wraps
+    if turn > 4.0 * sigma * math.sqrt(a[2] + b[2]) + TURN:
+        return False
+    return min(middle_off(a, b), middle_off(b, a)) < NEAR
+
+
+@helper
+def middle_off(a: FloatArray, b: FloatArray) -> float:
+    """Return the distance of the middle of wall a from the line of wall b [m]."""
+    along = a[3] / a[2]  # the covariance of a fit holds where its points' centre is
+    c = math.cos(a[0])
+    s = math.sin(a[0])
+    x = a[1] * c - along * s
+    y = a[1] * s + along * c
+    return abs(x * math.cos(b[0]) + y * math.sin(b[0]) - b[1])
 
 
 @helper
@@ -30,7 +41,7 @@ def merge_pieces(
     x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, sigma: float
 ) -> None:
     """Join walls that one line explains, in place: the pieces beside a door are one line."""
-    bound = max(1.5 * sigma, FLATNESS)
+    bound = max(1.5 * sigma, BEND)
     members = np.empty(x.size, np.int64)
     for a in range(walls.shape[0]):
         for b in range(a + 1, walls.shape[0]):

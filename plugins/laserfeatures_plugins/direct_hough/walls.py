@@ -109,18 +109,18 @@ def walk(
     gate: float,
     max_missed: int,
     max_gap: float,
+    spacing: float,
     members: IntArray,
     count: int,
 ) -> int:
     """Append the free inliers from `start` (not itself) to a gap; return the new count.
 
-    `way` is 1 or -1, along the scan or against it.
+    `way` is 1 or -1, along the scan or against it; `spacing` is that of the points before `start`.
     """
     c = math.cos(theta)
     s = math.sin(theta)
     last = start
     along_last = y[start] * c - x[start] * s
-    spacing = math.inf
     i = start + way
     while 0 <= i < x.size:
         normal = x[i] * c + y[i] * s
@@ -161,10 +161,34 @@ def grow(
     members[0] = seed
     count = 1
     for way in (-1, 1):
+        spacing = spacing_beside(x, y, beam, owner, seed, seed - way, theta, d, gate)
         count = walk(
-            x, y, beam, owner, seed, way, theta, d, gate, max_missed, max_gap, members, count
-        )
+            x, y, beam, owner, seed, way, theta, d, gate, max_missed, max_gap, spacing, members,
+            count,
+        )  # fmt: skip
     return count
+
+
+@helper
+def spacing_beside(
+    x: FloatArray,
+    y: FloatArray,
+    beam: IntArray,
+    owner: IntArray,
+    i: int,
+    j: int,
+    theta: float,
+    d: float,
+    gate: float,
+) -> float:
+    """Return the way along the line between a point and the next, for each beam, or inf."""
+    if not 0 <= j < x.size or owner[j] != FREE:
+        return math.inf
+    c = math.cos(theta)
+    s = math.sin(theta)
+    if abs(x[j] * c + y[j] * s - d) >= gate:
+        return math.inf
+    return abs((y[j] - y[i]) * c - (x[j] - x[i]) * s) / abs(beam[j] - beam[i])
 
 
 @helper
