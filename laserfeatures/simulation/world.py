@@ -1,5 +1,6 @@
 """Worlds: floor plans of straight walls."""
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -26,7 +27,7 @@ class World(Record):
         walls = read_only(self.walls, "walls", (None, 2, 2))
         self._set(walls=walls)
         for i, (start, end) in enumerate(walls):
-            if not abs(end - start).max() > 0:
+            if not 0 < abs(end - start).max() < math.inf:
                 raise ValueError(f"wall {i} must have a finite length > 0, got {walls[i].tolist()}")
 
     @classmethod

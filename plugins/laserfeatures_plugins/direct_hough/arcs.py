@@ -5,7 +5,8 @@ import math
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry import helper
 
-POST = 0.1  # [m]
+POST = 0.1  # [m]; things that are seen no wider have no walls, whatever noise trails off them
+FLAT = 0.01  # [m]; what departs more from a line is not flat
 MAX_MISSED = 2  # beams without a return inside one object
 
 
@@ -31,17 +32,28 @@ def set_arcs_aside(
             step = (x[i] - x[i - 1]) ** 2 + (y[i] - y[i - 1]) ** 2
             if step <= jump * jump and beam[i] - beam[i - 1] <= MAX_MISSED + 1:
                 continue
-        across = (x[i - 1] - x[first]) ** 2 + (y[i - 1] - y[first]) ** 2
-        if i - first >= 4 and (
-            across < POST * POST
-            or (
-                across < 5.0 * max_radius * max_radius
-                and is_arc(x[first:i], y[first:i], sigma, max_radius)
-            )
-        ):
-            for j in range(first, i):
-                owner[j] = label
+        if i - first >= 4:
+            size = extent(x[first:i], y[first:i])
+            across = math.hypot(x[i - 1] - x[first], y[i - 1] - y[first])
+            if (across < POST and size < 4.0 * POST) or (
+                size < 2.5 * max_radius and is_arc(x[first:i], y[first:i], sigma, max_radius)
+            ):
+                for j in range(first, i):
+                    owner[j] = label
         first = i
+
+
+@helper
+def extent(x: FloatArray, y: FloatArray) -> float:
+    """Return the diagonal of the points' bounding box [m]."""
+    left = right = x[0]
+    low = high = y[0]
+    for i in range(1, x.size):
+        left = min(left, x[i])
+        right = max(right, x[i])
+        low = min(low, y[i])
+        high = max(high, y[i])
+    return math.sqrt((right - left) ** 2 + (high - low) ** 2)
 
 
 @helper
@@ -70,7 +82,7 @@ def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> boo
         vvv += v * v * v
     off_line = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))
     det = uu * vv - uv * uv
-    if off_line < (n - 2) * max(1.5 * sigma, 0.01) ** 2 or det <= 0.0:
+    if off_line < (n - 2) * FLAT**2 or det <= 0.0:
         return False
     p = 0.5 * (uuu + uvv)
     q = 0.5 * (vvv + uuv)
@@ -84,4 +96,7 @@ def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> boo
     off_circle = 0.0
     for i in range(n):
         off_circle += (math.hypot(x[i] - cx, y[i] - cy) - radius) ** 2
-    return off_circle < max(n - 3, 1) * max(1.7 * sigma, 0.01) ** 2
+    # At the scale of the flatness of things, and at that of the noise where it is larger.
+    return off_circle < max(n - 3, 1) * FLAT**2 or (
+        off_line > (n - 2) * (1.5 * sigma) ** 2 and off_circle < max(n - 3, 1) * (1.7 * sigma) ** 2
+    )
