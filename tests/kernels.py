@@ -157,6 +157,6 @@ def merge_pieces(points, owner, sigma):
 
 
 def may_be_one(a, b, sigma):
-    """Tell whether two walls may be one; a wall is (theta, d, var_theta, var_d)."""
-    rows = [np.array([w[0], w[1], w[2], 0.0, w[3], 9.0]) for w in (a, b)]
+    """Tell whether two walls may be one; a wall is (theta, d, var_theta, its middle along it)."""
+    rows = [np.array([w[0], w[1], w[2], w[3] * w[2], 1.0, 9.0]) for w in (a, b)]
     return _compiled(sharing.may_be_one)(*rows, sigma)

@@ -39,21 +39,26 @@ def fit_line(points, w, sigma):
 
 
 def split_run(along, beams, max_missed, max_gap, max_growth):
-    """Return the pieces (lists of positions) of a run of points, cut at its gaps."""
+    """Split the points of a line, in order, at its gaps; return lists of their places."""
     pieces = []
-    spacing = math.inf
+    steps = np.abs(np.diff(along)) / np.diff(beams)
+    before = math.inf
     for i in range(len(along)):
         if i > 0:
-            way, steps = abs(along[i] - along[i - 1]), beams[i] - beams[i - 1]
-            missed_too_many = steps - 1 > max_missed
-            jumps = way > max_growth * steps * spacing
-            if not (way > max_gap and (missed_too_many or jumps)):
+            beside = min(before, steps[i] if i < len(steps) else math.inf)
+            if not is_gap(along, beams, i - 1, i, beside, max_missed, max_gap, max_growth):
                 pieces[-1].append(i)
-                spacing = way / steps
+                before = steps[i - 1]
                 continue
         pieces.append([i])
-        spacing = math.inf
+        before = math.inf
     return pieces
+
+
+def is_gap(along, beams, i, j, spacing, max_missed, max_gap, max_growth):
+    """Tell whether the way from point i to j is wide, and misses beams or jumps."""
+    way, apart = abs(along[j] - along[i]), abs(beams[j] - beams[i])
+    return way > max_gap and (apart - 1 > max_missed or way > max_growth * apart * spacing)
 
 
 def cut_segments(points, beams, lines, members, max_missed, max_gap, max_growth):

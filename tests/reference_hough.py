@@ -37,12 +37,12 @@ def peaks(counts, threshold, max_peaks, window_d, window_theta):
     return found
 
 
-def is_arc(points, sigma, max_radius):
+def is_arc(points, sigma, max_radius, flat):
     """Twin of `is_arc`: the circle of Kasa by a linear solver, the line by eigenvalues."""
     n = len(points)
     away = points - points.mean(axis=0)
-    off_line = np.linalg.eigvalsh(away.T @ away)[0]
-    if off_line < (n - 2) * max(1.5 * sigma, 0.01) ** 2:
+    off_line = np.linalg.eigvalsh(away.T @ away)[0] / (n - 2)
+    if off_line < flat**2:
         return False
     # x^2 + y^2 = 2 cx x + 2 cy y + (r^2 - cx^2 - cy^2)
     solution = np.linalg.lstsq(
@@ -53,22 +53,28 @@ def is_arc(points, sigma, max_radius):
     bulges_away = np.linalg.norm(centre) < np.linalg.norm(points.mean(axis=0))
     if radius > max_radius or bulges_away:
         return False
-    off_circle = ((np.hypot(*(points - centre).T) - radius) ** 2).sum()
-    return off_circle < max(n - 3, 1) * max(1.7 * sigma, 0.01) ** 2
+    off_circle = ((np.hypot(*(points - centre).T) - radius) ** 2).sum() / max(n - 3, 1)
+    noisy = off_line > (1.5 * sigma) ** 2 and off_circle < (1.7 * sigma) ** 2
+    return off_circle < flat**2 or noisy
 
 
-def arcs(points, beams, sigma, jump, max_radius, post, max_missed):
-    """Twin of `set_arcs_aside`: which points are on round objects."""
+def arcs(points, beams, sigma, jump, max_radius, rules):
+    """Twin of `set_arcs_aside`: which points are on round objects.
+
+    `rules` are the kernel's (width of a post, flatness, beams missed in one object).
+    """
+    post, flat, max_missed = rules
     step = np.hypot(*np.diff(points, axis=0).T)
     cuts = np.flatnonzero((step > jump) | (np.diff(beams) > max_missed + 1)) + 1
     aside = np.zeros(len(points), bool)
     for group in np.split(np.arange(len(points)), cuts):
         if len(group) < 4:
             continue
-        across = np.linalg.norm(points[group] - points[group[0]], axis=1).max()
-        small = across < post
-        wide = across >= math.sqrt(5) * max_radius
-        aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius))
+        across = np.linalg.norm(points[group[-1]] - points[group[0]])
+        size = np.linalg.norm(np.ptp(points[group], axis=0))
+        small = across < post and size < 4 * post
+        wide = size >= 2.5 * max_radius
+        aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius, flat))
     return aside
 
 
@@ -140,15 +146,26 @@ def estimate_sigma(points, baseline):
 
 
 def walk(points, beams, free, start, way, line, gate, max_missed, max_gap, max_growth):
-    """Twin of `walk`: the free inliers from `start` (not itself) to the first gap."""
+    """Twin of `walk`: the free inliers from `start` (not itself) to the first gap.
+
+    The spacing at the start is that to the inlier on its other side, if there is one.
+    """
     theta, d = line
-    normal = np.array([math.cos(theta), math.sin(theta)])
-    inlier = free & (abs(points @ normal - d) < gate)
+    along = points @ (-math.sin(theta), math.cos(theta))
+    inlier = free & (abs(points @ (math.cos(theta), math.sin(theta)) - d) < gate)
+    beside = start - way
+    spacing = math.inf
+    if 0 <= beside < len(points) and inlier[beside]:
+        spacing = abs(along[beside] - along[start]) / abs(beams[beside] - beams[start])
+    run = [start]
     side = np.arange(start + way, len(points) if way > 0 else -1, way)
-    run = np.array([start, *side[inlier[side]]], dtype=int)
-    along = points[run] @ (-normal[1], normal[0])
-    piece = reference.split_run(along, way * beams[run], max_missed, max_gap, max_growth)[0]
-    return run[piece[1:]].tolist()
+    for i in side[inlier[side]]:
+        last = run[-1]
+        if reference.is_gap(along, beams, last, i, spacing, max_missed, max_gap, max_growth):
+            break
+        spacing = abs(along[i] - along[last]) / abs(beams[i] - beams[last])
+        run.append(int(i))
+    return run[1:]
 
 
 def grow(points, beams, free, seed, *rest):
@@ -188,3 +205,15 @@ def give_to_nearest(points, owner, lines, neighbourhood):
         ]
         owner[i] = walls[int(np.argmin(off))]
     return owner
+
+
+def may_be_one(a, b, sigma, most_turn, near):
+    """Twin of `may_be_one`; a wall is (theta, d, variance of theta, its middle along it)."""
+    normals, middles = [], []
+    for theta, d, _, along in (a, b):
+        normal = np.array([math.cos(theta), math.sin(theta)])
+        normals.append(normal)
+        middles.append(d * normal + along * np.array([-normal[1], normal[0]]))
+    turn = math.acos(min(abs(normals[0] @ normals[1]), 1.0))
+    off = min(abs(middles[0] @ normals[1] - b[1]), abs(middles[1] @ normals[0] - a[1]))
+    return turn <= 4 * sigma * math.sqrt(a[2] + b[2]) + most_turn and off < near

@@ -1,6 +1,7 @@
 """How well direct_hough measures: seeded noise, known truth."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -81,6 +82,26 @@ def test_what_is_found_is_a_wall(rooms):
         for line in found_lines(features)
     ]
     assert np.mean(right) > 0.98
+
+
+def test_walls_are_found_among_false_returns(extract):
+    # Measured: 98.1 % of the walls, and 97.5 % of what is found is a wall.
+    rng = np.random.default_rng(0)
+    found, right = [], []
+    for seed in range(100):
+        world, pose = random_room(rng)
+        view = {"beams": 360, "view": TURN * 359 / 360}
+        scan, hit = look(world, sigma=SIGMA, seed=seed, pose=pose, **view)
+        false = rng.random(360) < 0.3
+        ranges = np.where(false, rng.uniform(0.3, 8.0, 360), scan.ranges)
+        lines = found_lines(extract(replace(scan, ranges=ranges)))
+        truth = true_lines(world, pose)
+        beams = np.bincount(hit[(hit >= 0) & ~false], minlength=len(truth))
+        near = [nearest_line(lines, line, math.radians(2), 0.04) for line in truth]
+        found += [len(near[k]) > 0 for k in np.flatnonzero(beams >= 10)]
+        right += [k in np.concatenate(near) for k in range(len(lines))]
+    assert np.mean(found) > 0.965
+    assert np.mean(right) > 0.96
 
 
 def test_walls_are_measured_to_hundredths_of_a_degree_and_half_millimetres(rooms):

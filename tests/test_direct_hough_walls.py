@@ -48,11 +48,10 @@ def test_a_wall_grows_to_its_gaps_as_its_twin_does(rng, gate):
 @given(seeds, st.integers(4, 40))
 def test_a_run_is_a_wall_where_it_is_tight_and_straight(rng, count):
     sigma = 0.005
-    # From straight to clearly bent, and from tight to loose.
-    along = np.sort(rng.uniform(-1, 1, count))
-    off = rng.choice([0, 0.3, 0.6, 1.0]) * along**2 + rng.normal(
-        0, rng.choice([0.002, 0.005, 0.02]), count
-    )
+    # From straight to clearly bent, from short to long, and from tight to loose.
+    along = rng.choice([0.1, 0.2, 1.0]) * np.sort(rng.uniform(-1, 1, count))
+    noise = rng.normal(0, rng.choice([0.002, 0.005, 0.02]), count)
+    off = rng.choice([0, 0.3, 0.6, 1.0, 2.0]) * along**2 + noise
     points = np.stack([2.0 + off, rng.choice([0.0, 30.0]) + along], axis=1)
     members = np.arange(count)
     fit = kernels.fit_line(points, members, 0.0)
@@ -184,9 +183,8 @@ def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius):
     scan = LaserScan(angles=scan.angles, ranges=np.fmin(scan.ranges, flat.ranges), range_max=30.0)
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
-    expected = reference_hough.arcs(
-        points, beams, 0.005, 0.15, max_radius, arcs.POST, arcs.MAX_MISSED
-    )
+    rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED)
+    expected = reference_hough.arcs(points, beams, 0.005, 0.15, max_radius, rules)
     np.testing.assert_array_equal(set_aside(points, beams, radius=max_radius), expected)
 
 

@@ -114,7 +114,7 @@ def test_a_wall_at_the_wrap_of_theta_is_found_once(theta, d):
 
 
 def test_points_nearer_than_max_distance_are_the_lines():
-    scan = scan_at([(2, -0.4), (2, -0.2), (2.03, 0), (2.05, 0.2), (2, 0.4), (2, 0.6)])
+    scan = scan_at([(2, -0.4), (2, -0.2), (2.039, 0), (2.041, 0.2), (2, 0.4), (2, 0.6)])
     segments = PaperHough(max_peaks=1, max_distance=0.04)(scan)
     assert segments.lines.support.tolist() == [5]
     assert segments.points.any(axis=0).tolist() == [True, True, True, False, True, True]
