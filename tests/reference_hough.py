@@ -205,15 +205,3 @@ def give_to_nearest(points, owner, lines, neighbourhood):
         ]
         owner[i] = walls[int(np.argmin(off))]
     return owner
-
-
-def may_be_one(a, b, sigma, most_turn, near):
-    """Twin of `may_be_one`; a wall is (theta, d, variance of theta, its middle along it)."""
-    normals, middles = [], []
-    for theta, d, _, along in (a, b):
-        normal = np.array([math.cos(theta), math.sin(theta)])
-        normals.append(normal)
-        middles.append(d * normal + along * np.array([-normal[1], normal[0]]))
-    turn = math.acos(min(abs(normals[0] @ normals[1]), 1.0))
-    off = min(abs(middles[0] @ normals[1] - b[1]), abs(middles[1] @ normals[0] - a[1]))
-    return turn <= 4 * sigma * math.sqrt(a[2] + b[2]) + most_turn and off < near

@@ -170,22 +170,22 @@ def test_no_scanner_is_taken_to_be_better_than_min_sigma():
     assert kernels.estimate_sigma(scan_of(wall(0.0, 2.0, -2, 2)).points) == walls.MIN_SIGMA
 
 
-def set_aside(points, beams, radius=0.4):
-    return kernels.set_arcs_aside(points, beams, 0.005, 0.15, radius)
+def set_aside(points, beams, radius=0.4, sigma=0.005):
+    return kernels.set_arcs_aside(points, beams, sigma, 0.15, radius)
 
 
-@given(seeds, st.sampled_from([0.1, 0.4]))
-def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius):
+@given(seeds, st.sampled_from([0.1, 0.4]), st.sampled_from([0.005, 0.015]))
+def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius, sigma):
     radius = rng.choice([0.03, 0.08, 0.15, 0.3, 0.5])
-    scan = poles((1.5, rng.uniform(-0.2, 0.2)), (1.7, 1.5), radius=radius, seed=rng)
+    scan = poles((1.5, rng.uniform(-0.2, 0.2)), (1.7, 1.5), radius=radius, sigma=sigma, seed=rng)
     objects = chain((0.8, -2), (1, -1.2)), [[(2.0, -1), (2.0, -0.9)]], [[(1.9, 0.5), (2.1, 0.7)]]
     flat = scan_of(*(w for walls_ in objects for w in walls_), sigma=0.005, seed=rng)
     scan = LaserScan(angles=scan.angles, ranges=np.fmin(scan.ranges, flat.ranges), range_max=30.0)
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
     rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED)
-    expected = reference_hough.arcs(points, beams, 0.005, 0.15, max_radius, rules)
-    np.testing.assert_array_equal(set_aside(points, beams, radius=max_radius), expected)
+    expected = reference_hough.arcs(points, beams, sigma, 0.15, max_radius, rules)
+    np.testing.assert_array_equal(set_aside(points, beams, max_radius, sigma), expected)
 
 
 def test_poles_are_arcs_and_walls_are_not():
