@@ -117,12 +117,10 @@ def test_a_wall_with_a_door_is_one_line_with_two_segments(case):
 @finds_walls_only
 @pytest.mark.parametrize("radius", [0.04, 0.1, 0.2])
 def test_poles_are_no_walls(case, radius):
-    found = 0
     for seed in range(20):
         scan = poles((1.5, 0.8), (1.8, -0.7), (3.0, 0.1), (2.5, 2.0), radius=radius, seed=seed)
         assert len(scan.points) > 10
-        found += len(case.make()(scan).lines)
-    assert found <= 4  # of 80 poles; where nothing else shows the noise, few points may look flat
+        assert len(case.make()(scan).lines) == 0
 
 
 @finds_walls_only
