@@ -13,8 +13,9 @@ from numba import njit
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 
 # Division by zero gives inf or nan, as in NumPy: Python's check would double the code. What Python
-# calls is a kernel and compiled once for all runs; what only kernels call is a part of them, and
-# compiles in half the time without the wrapper that Python would need.
+# calls is a kernel and compiled once for all runs. What only kernels call is a helper: a part of
+# them, which compiles in half the time without the wrapper that Python would need. So Python must
+# not call it: that would end the interpreter.
 kernel = njit(cache=True, error_model="numpy")
 helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
     error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
@@ -27,10 +28,9 @@ Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
 # Other errors (beam width and angle, roughness) do not vanish at grazing incidence: this adds them
 # as a share of the range variance.
 INCIDENCE_FLOOR = 0.02
-JUMP = 8.0  # growth of the spacing of points along a wall, from one beam to the next, at the most
 
 
-@helper
+@kernel
 def returns(
     directions: FloatArray, ranges: FloatArray, range_min: float, range_max: float
 ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -50,7 +50,7 @@ def returns(
     return x[:count], y[:count], beam[:count]
 
 
-@helper
+@kernel
 def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float) -> Fit:
     """Fit a line to the points `members` by weighted total least squares.
 
@@ -89,7 +89,7 @@ def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float) -> F
     return theta, mx * c + my * s, var_theta, centre * var_theta, 1.0 / w + centre**2 * var_theta
 
 
-@helper
+@kernel
 def is_gap(
     beams_apart: int,
     metres_apart: float,
