@@ -159,7 +159,7 @@ def search(
             break
         live = members[:free]
         base = fresh_epoch(votes, epoch, free)
-        tolerance = 0.5 * distance_step + 2.0 * sigma
+        tolerance = 0.25 * distance_step + 2.0 * sigma
         partners = 1 if count == 0 else 2  # a second partner counts where the first is an outlier
         vote_pairs(
             x, y, live, cos, sin, distance_step, chord, tolerance, partners, votes, base, best
