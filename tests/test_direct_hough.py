@@ -25,7 +25,8 @@ def test_every_wall_is_found_and_each_point_is_on_one():
 def test_noise_that_is_given_scales_the_covariances():
     scan = scan_of(wall(0.3, 2.0, -1, 1), sigma=0.005)
     one, two = (DirectHough(range_sigma=s)(scan).lines.covariance for s in (0.006, 0.012))
-    np.testing.assert_allclose(two, 4 * one, rtol=1e-6)
+    # Not to the last digit: the search starts from other votes, and the weights from its angle.
+    np.testing.assert_allclose(two, 4 * one, rtol=1e-3, atol=1e-3 * two.max())
 
 
 @needs_compiler
