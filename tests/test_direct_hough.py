@@ -25,8 +25,9 @@ def test_every_wall_is_found_and_each_point_is_on_one():
 def test_noise_that_is_given_scales_the_covariances():
     scan = scan_of(wall(0.3, 2.0, -1, 1), sigma=0.005)
     one, two = (DirectHough(range_sigma=s)(scan).lines.covariance for s in (0.006, 0.012))
-    # Not to the last digit: the search starts from other votes, and the weights from its angle.
-    np.testing.assert_allclose(two, 4 * one, rtol=1e-3, atol=1e-3 * two.max())
+    # Not to the last digit: the weights are those at the angle of the peak, which may be another.
+    scale = np.sqrt(np.linalg.det(two[0]))
+    np.testing.assert_allclose(two, 4 * one, rtol=1e-3, atol=0.02 * scale)
 
 
 @needs_compiler
