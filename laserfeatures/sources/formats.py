@@ -69,8 +69,8 @@ def find_format(path: Path, name: str | None) -> str:
     if found is None:
         raise SourceError(
             f"{path}: expected one of the formats {', '.join(FORMATS)}, got a file that starts "
-            f"with {head[:24]!r}; name its format with format=, or write a table with the header "
-            f"{WANTED}"
+            f"with {head[:24]!r}; name its format with format= (--format), or write a table with "
+            f"the header {WANTED}"
         )
     if FORMATS[found].read is read_bag and is_gzip(path):
         raise SourceError(f"{path}: expected a bag that is not packed, got gzip; gunzip it first")

@@ -69,7 +69,9 @@ class Log:
         text = " ".join(str(problem).split())[:LONGEST_PROBLEM]
         message = f"{self.path}:{where}: {text}"
         if self.on_error == "raise":
-            raise SourceError(f"{message}; on_error='skip' reads on without it") from cause
+            raise SourceError(
+                f"{message}; on_error='skip' (--on-error skip) reads on without it"
+            ) from cause
         self.skipped += 1
         self.first_error = self.first_error or message
 

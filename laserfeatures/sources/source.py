@@ -195,5 +195,6 @@ def _check_unit(log: Log, scans: list[LaserScan]) -> None:
     if ranges.size and np.quantile(ranges, 0.1) > LONGEST:
         raise SourceError(
             f"{log.path}: expected ranges in metres, got a median of {np.median(ranges):.0f}, "
-            "which looks like millimetres; divide them by 1000, or give range_max= if it is metres"
+            "which looks like millimetres; divide them by 1000, or give range_max= (--range-max) "
+            "if they are metres"
         )
