@@ -2,13 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 from laserfeatures.data import Features, LaserScan, LineSegments
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
-from laserfeatures.registry import LineDetector
 from laserfeatures.segment_filter import SegmentFilter
+
+
+class LineDetector(Protocol):
+    """What a plugin provides: lines and segments out of a scan."""
+
+    def __call__(self, scan: LaserScan, /) -> LineSegments:
+        """Return the line segments in `scan`."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)

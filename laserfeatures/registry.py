@@ -14,29 +14,20 @@ takes keyword parameters and returns a *line detector*, itself a callable from `
 import difflib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from laserfeatures.errors import PluginError, UnknownExtractorError
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
 
-    from laserfeatures.data import LaserScan, LineSegments
-    from laserfeatures.pipeline import Pipeline
+    from laserfeatures.pipeline import LineDetector, Pipeline
 
 ENTRY_POINT_GROUP = "laserfeatures.extractors"
 OWN_DISTRIBUTION = "laserfeatures"
 
 
-class LineDetector(Protocol):
-    """What a plugin provides: lines and segments out of a scan."""
-
-    def __call__(self, scan: "LaserScan", /) -> "LineSegments":
-        """Return the line segments in `scan`."""
-        ...
-
-
-Factory = Callable[..., LineDetector]
+Factory = Callable[..., "LineDetector"]
 
 _registered: dict[str, Factory] = {}
 
