@@ -7,7 +7,7 @@ forward, y left, angles counter-clockwise.
 
 import math
 from dataclasses import dataclass
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 
@@ -99,6 +99,19 @@ class LineSegments(Record):
                 f"line must index one of the {len(self.lines)} lines, got {line.tolist()}"
             )
 
+    @classmethod
+    def none(cls, beams: int) -> Self:
+        """Return no segment of no line, of a scan with that many beams."""
+        no, no_matrix = np.empty(0), np.empty((0, 2, 2))
+        return cls(
+            lines=Lines(theta=no, d=no, support=no, covariance=no_matrix),
+            line=np.empty(0, np.int64),
+            endpoints=no_matrix,
+            support=no,
+            rms=no,
+            points=np.empty((0, beams), np.bool_),
+        )
+
     def __len__(self) -> int:
         """Return the number of segments."""
         return self.line.size
@@ -112,7 +125,7 @@ class LineSegments(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PointFeatures(Record):
-    """Corners: the intersections of lines.
+    """Corners: the intersections of lines, or points that were found without any.
 
     Parameters
     ----------
@@ -121,11 +134,11 @@ class PointFeatures(Record):
     covariance : (F, 2, 2) array
         Covariance of each position [m^2].
     lines : (F, 2) int array
-        The two lines that cross there.
+        The two lines that cross there; -1, -1 for a corner that was found without lines.
     angles : (F,) array
-        Angle between the two lines [rad], in (0, pi/2].
+        Angle between the two lines, or edges, [rad], in (0, pi/2].
     real : (F,) bool array
-        True for a real corner (both lines have a segment that reaches it), False for a virtual one.
+        True for a real corner (surfaces were seen to reach it), False for a virtual one.
     """
 
     positions: FloatArray

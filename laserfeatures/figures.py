@@ -142,7 +142,10 @@ def accumulator_of(extractor: "Pipeline", scan: LaserScan) -> Accumulator:
 
 def removed_lines(extractor: "Pipeline", features: Features) -> FloatArray:
     """Return (theta, d) [rad, m] of the lines that the detector finds and the filter removes."""
-    before = _parameters(extractor.detector(features.scan).lines)
+    detected = extractor.detector(features.scan)
+    if isinstance(detected, PointFeatures):
+        return np.empty((0, 2))
+    before = _parameters(detected.lines)
     after = _parameters(features.lines)
     survives = (before[:, None] == after[None]).all(axis=2).any(axis=1)
     removed: FloatArray = before[~survives]

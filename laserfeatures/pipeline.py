@@ -1,20 +1,20 @@
-"""The main path: a line detector, then the two stages that all extractors share."""
+"""The main path: a detector, then the two stages that all extractors of lines share."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
-from laserfeatures.data import Features, LaserScan, LineSegments
+from laserfeatures.data import Features, LaserScan, LineSegments, PointFeatures
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
 from laserfeatures.segment_filter import SegmentFilter
 
 
-class LineDetector(Protocol):
-    """What a plugin provides: lines and segments out of a scan."""
+class Detector(Protocol):
+    """What a plugin provides: line segments out of a scan, or points at once."""
 
-    def __call__(self, scan: LaserScan, /) -> LineSegments:
-        """Return the line segments in `scan`."""
+    def __call__(self, scan: LaserScan, /) -> LineSegments | PointFeatures:
+        """Return the line segments in `scan`, or its corners if they are found without lines."""
         ...
 
 
@@ -26,12 +26,17 @@ class Pipeline:
     ----------
     name : str
         The name it was found by.
-    detector : LineDetector
-        Finds lines and cuts them into segments.
+    detector : Detector
+        Finds lines and cuts them into segments, or finds corners at once.
     segment_filter : SegmentFilter
         Removes what is no reliable segment.
     intersections : Intersections
         Crosses the remaining lines.
+
+    Raises
+    ------
+    TypeError
+        If a stage is none.
     """
 
     STAGES: ClassVar[Mapping[str, type[Any]]] = {
@@ -40,7 +45,7 @@ class Pipeline:
     }
 
     name: str
-    detector: LineDetector
+    detector: Detector
     segment_filter: SegmentFilter = field(default_factory=SegmentFilter)
     intersections: Intersections = field(default_factory=Intersections)
 
@@ -52,11 +57,22 @@ class Pipeline:
                 raise TypeError(f"{stage} must be a {kind.__name__}, got {value!r}")
 
     def __call__(self, scan: LaserScan) -> Features:
-        """Return the line segments and corners of `scan`."""
+        """Return the line segments and corners of `scan`.
+
+        Corners that the detector found without lines pass both stages as they are.
+
+        Raises
+        ------
+        PluginError
+            If the detector returns anything else.
+        """
         detected = self.detector(scan)
+        if isinstance(detected, PointFeatures):
+            return Features(scan=scan, segments=LineSegments.none(len(scan)), corners=detected)
         if not isinstance(detected, LineSegments):
             raise PluginError(
-                f"extractor {self.name!r} must return LineSegments, got {type(detected).__name__}"
+                f"extractor {self.name!r} must return LineSegments or PointFeatures, "
+                f"got {type(detected).__name__}"
             )
         segments = self.segment_filter(detected)
         return Features(scan=scan, segments=segments, corners=self.intersections(segments))

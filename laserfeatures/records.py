@@ -33,8 +33,8 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
         ``{"index", "stamp", "lines": [{"theta", "d", "support"}], "segments": [{"line", "x1", "y1",
         "x2", "y2", "support", "rms"}], "corners": [{"x", "y", "lines": [i, j], "angle", "real",
         "cov": [[..], [..]]}]}``: metres, radians and seconds in the sensor's frame; "line" and
-        "lines" count in this record's lines. None stands for what is not finite, such as the stamp
-        of a log without stamps.
+        "lines" count in this record's lines; a corner that was found without lines has None there.
+        None stands for what is not finite, too, such as the stamp of a log without stamps.
     """
     lines, segments, corners = features.lines, features.segments, features.corners
     x1, y1, x2, y2 = segments.endpoints.reshape(-1, 4).T
@@ -55,7 +55,7 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
         "corners": _dicts(
             x=x,
             y=y,
-            lines=corners.lines,
+            lines=_pairs(corners.lines),
             angle=corners.angles,
             real=corners.real,
             cov=corners.covariance,
@@ -81,7 +81,7 @@ def to_rows(record: dict[str, Any]) -> Iterator[dict[str, Any]]:
         for i, item in enumerate(record[f"{kind}s"]):
             row = {**scan, "kind": kind, "id": i, **item}
             if kind == "corner":
-                row["line_1"], row["line_2"] = row.pop("lines")
+                row["line_1"], row["line_2"] = row.pop("lines") or (None, None)
                 (row["cov_xx"], row["cov_xy"]), (_, row["cov_yy"]) = row.pop("cov")
             yield row
 
@@ -90,8 +90,15 @@ def _counts(support: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.rint(support).astype(np.int64)  # a number of points reads as 23, not 23.0
 
 
-def _dicts(**columns: NDArray[Any]) -> list[dict[str, Any]]:
-    rows = zip(*map(_finite, columns.values()), strict=True)
+def _pairs(lines: NDArray[np.int64]) -> list[list[int] | None]:
+    return [None if min(pair) < 0 else pair for pair in lines.tolist()]
+
+
+def _dicts(**columns: NDArray[Any] | list[Any]) -> list[dict[str, Any]]:
+    rows = zip(
+        *(column if isinstance(column, list) else _finite(column) for column in columns.values()),
+        strict=True,
+    )
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 

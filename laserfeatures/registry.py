@@ -1,8 +1,9 @@
 """The plugin contract, and the registry that finds extractors by name.
 
 A plugin offers a *factory* under the entry-point group `laserfeatures.extractors`: a callable that
-takes keyword parameters and returns a *line detector*, itself a callable from `LaserScan` to
-`LineSegments`. A frozen dataclass with a ``__call__`` is both at once. A factory may have
+takes keyword parameters and returns a *detector*, itself a callable from `LaserScan` to
+`LineSegments`, or to `PointFeatures` if it finds corners without lines. A frozen dataclass with a
+``__call__`` is both at once. A factory may have
 
 ``presets``
     a mapping from a name to another factory, chosen by ``get_extractor(..., preset=name)``;
@@ -21,13 +22,13 @@ from laserfeatures.errors import PluginError, UnknownExtractorError
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
 
-    from laserfeatures.pipeline import LineDetector, Pipeline
+    from laserfeatures.pipeline import Detector, Pipeline
 
 ENTRY_POINT_GROUP = "laserfeatures.extractors"
 OWN_DISTRIBUTION = "laserfeatures"
 
 
-Factory = Callable[..., "LineDetector"]
+Factory = Callable[..., "Detector"]
 
 _registered: dict[str, Factory] = {}
 
@@ -51,7 +52,8 @@ def register_extractor(name: str, factory: Factory, *, replace: bool = False) ->
     name : str
         The name to find it by.
     factory : callable
-        Takes keyword parameters, returns a detector: a callable from `LaserScan` to `LineSegments`.
+        Takes keyword parameters, returns a detector: a callable from `LaserScan` to `LineSegments`
+        or `PointFeatures`.
     replace : bool
         Whether `name` may be taken already.
 
@@ -104,7 +106,7 @@ def get_extractor(name: str, *, preset: str | None = None, **parameters: Any) ->
     preset : str, optional
         A variant that the extractor offers by name, such as "paper" of direct_hough.
     **parameters
-        Parameters of the line detector, and ``segment_filter=SegmentFilter(...)`` and
+        Parameters of the detector, and ``segment_filter=SegmentFilter(...)`` and
         ``intersections=Intersections(...)`` for the shared stages.
 
     Raises

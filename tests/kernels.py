@@ -3,12 +3,11 @@
 from functools import cache
 
 import numpy as np
-from laserfeatures_plugins.direct_hough import arcs, search, sharing, voting, walls
+from laserfeatures_plugins.direct_hough import search, voting
 from numba import njit
 
 from laserfeatures import geometry
-
-ROUND = -2
+from laserfeatures.geometry import arcs, fit, growth, noise, sharing, walls
 
 
 @cache
@@ -80,14 +79,14 @@ def fresh_epoch(votes, epoch, voters):
 
 def estimate_sigma(points):
     """Return the noise [m]."""
-    return _compiled(walls.estimate_sigma)(*_xy(points))
+    return _compiled(noise.estimate_sigma)(*_xy(points))
 
 
 def grow(points, beams, free, seed, line, gate, *gaps):
     """Return the members of the run around a seed."""
     members = np.empty(len(points), np.int64)
     owner = _owner(free)
-    count = _compiled(walls.grow)(*_xy(points), beams, owner, seed, *line, gate, *gaps, members)
+    count = _compiled(growth.grow)(*_xy(points), beams, owner, seed, *line, gate, *gaps, members)
     return members[:count].tolist()
 
 
@@ -100,7 +99,7 @@ def find_wall(points, beams, free, seed, theta, *, sigma, cut):
     """Return the members (none where there is no wall), the fit and the variance."""
     members = np.empty(len(points), np.int64)
     owner = _owner(free)
-    count, fit, variance = _compiled(walls.find_wall)(
+    count, fit, variance = _compiled(growth.find_wall)(
         *_xy(points), beams, owner, seed, theta, 0.02, sigma, cut, members
     )
     return members[:count], fit, variance
@@ -108,19 +107,19 @@ def find_wall(points, beams, free, seed, theta, *, sigma, cut):
 
 def nearest_member(points, members, line):
     """Return the member nearest to a line."""
-    return _compiled(walls.nearest_member)(*_xy(points), members, *line)
+    return _compiled(growth.nearest_member)(*_xy(points), members, *line)
 
 
 def off_line(points, members, line):
     """Return the root mean square distance from a line."""
-    return _compiled(walls.off_line)(*_xy(points), members, *line)
+    return _compiled(fit.off_line)(*_xy(points), members, *line)
 
 
 def set_arcs_aside(points, beams, sigma, jump, max_radius):
     """Return which points are on round objects."""
     owner = _owner(np.ones(len(points), bool))
-    _compiled(arcs.set_arcs_aside)(*_xy(points), beams, sigma, jump, max_radius, ROUND, owner)
-    return owner == ROUND
+    _compiled(arcs.set_arcs_aside)(*_xy(points), beams, sigma, jump, max_radius, walls.ROUND, owner)
+    return owner == walls.ROUND
 
 
 def fitted(points, owner):

@@ -145,6 +145,8 @@ def test_removed_lines_are_those_that_do_not_survive():
     detected = SimpleNamespace(lines=lines([0.0, 0.7, 1.5], [2.0, 2.0, 1.0]))
     extractor = SimpleNamespace(detector=lambda _scan: detected)
     assert figures.removed_lines(extractor, found).tolist() == [[0.7, 2.0]]
+    points_only = SimpleNamespace(detector=lambda _: found.corners)
+    assert figures.removed_lines(points_only, found).shape == (0, 2)
 
 
 def test_a_detector_without_accumulator_is_named():

@@ -6,7 +6,7 @@ import pytest
 from laserfeatures_plugins.direct_hough import DirectHough
 from scenes import chain, scan_of, segments_of
 
-from laserfeatures import Intersections, Pipeline, PluginError, SegmentFilter
+from laserfeatures import Intersections, Pipeline, PluginError, PointFeatures, SegmentFilter
 
 WALLS = segments_of(
     [0.0, math.pi / 2, 0.0],
@@ -46,10 +46,24 @@ def test_the_stages_that_are_passed_are_the_ones_that_run():
     assert len(features.corners) == 1  # (5, 1) is 5.1 m away
 
 
+def test_corners_that_are_found_without_lines_are_the_result():
+    corners = PointFeatures(
+        positions=[[30.0, 1.0]],
+        covariance=[np.eye(2)],
+        lines=[[-1, -1]],
+        angles=[1.5],
+        real=[True],
+    )
+    features = Pipeline(name="points", detector=lambda _: corners)(SCAN)
+    assert features.corners is corners
+    assert len(features.lines) == len(features.segments) == 0
+    assert features.segments.points.shape == (0, len(SCAN))
+
+
 @pytest.mark.parametrize("returned", [None, [], WALLS.lines, "segments"])
 def test_a_detector_that_returns_no_segments_is_named(returned):
     pipeline = Pipeline(name="odd", detector=lambda _: returned)
-    message = f"extractor 'odd' must return LineSegments, got {type(returned).__name__}"
+    message = f"extractor 'odd' must return LineSegments or PointFeatures, got {type(returned).__name__}"
     with pytest.raises(PluginError, match=message):
         pipeline(SCAN)
 

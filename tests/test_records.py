@@ -1,5 +1,6 @@
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,16 @@ def nothing():
 
 def _empty(*shape):
     return np.empty((0, *shape))
+
+
+def test_a_corner_without_lines_names_none():
+    features = replace(corner(), corners=replace(corner().corners, lines=[[-1, -1]]))
+    record = to_record(features)
+    assert record["corners"][0]["lines"] is None
+    row = list(to_rows(record))[-1]
+    assert row["kind"] == "corner"
+    assert row["line_1"] is row["line_2"] is None
+    assert row["x"] == 0.1
 
 
 def test_a_record_holds_everything_in_full():

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from laserfeatures.data import LaserScan, Lines, LineSegments
+from laserfeatures.data import LaserScan, LineSegments
+from laserfeatures.geometry.settle import check_walls, line_segments
 from laserfeatures_plugins.direct_hough.accumulator import (
     Accumulator,
     accumulate,
@@ -81,32 +82,17 @@ class DirectHough:
     def __post_init__(self) -> None:
         """Check the parameters."""
         check_steps(self.theta_step, self.distance_step)
-        if self.range_sigma is not None and not 0 < self.range_sigma <= 1:
-            raise ValueError(f"range_sigma must be in (0, 1] m, got {self.range_sigma!r}")
-        if not self.min_points >= 3:
-            raise ValueError(f"min_points must be >= 3, got {self.min_points!r}")
-        if not self.max_missed >= 0:
-            raise ValueError(f"max_missed must be >= 0, got {self.max_missed!r}")
-        for name in ("max_gap", "pair_distance", "object_gap"):
+        check_walls(
+            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
+        )
+        for name in ("pair_distance", "object_gap"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be > 0 m, got {getattr(self, name)!r}")
-        if not self.max_pole_radius >= 0:
-            raise ValueError(f"max_pole_radius must be >= 0 m, got {self.max_pole_radius!r}")
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
-        theta, d, support, covariance, segments = extract(
-            scan.directions, scan.ranges, (scan.range_min, scan.range_max), *self._arguments
-        )
-        line, endpoints, points_on, rms, points = segments
-        return LineSegments.trusted(
-            lines=Lines.trusted(theta=theta, d=d, support=support, covariance=covariance),
-            line=line,
-            endpoints=endpoints,
-            support=points_on,
-            rms=rms,
-            points=points,
-        )
+        limits = (scan.range_min, scan.range_max)
+        return line_segments(extract(scan.directions, scan.ranges, limits, *self._arguments))
 
     def accumulator(self, scan: LaserScan) -> Accumulator:
         """Return the plain d-theta plane of `scan`, one vote per point and theta."""

@@ -6,21 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import Segments, cut_segments, helper, kernel, returns
-from laserfeatures_plugins.direct_hough.arcs import set_arcs_aside
-from laserfeatures_plugins.direct_hough.sharing import merge_pieces, share_points
+from laserfeatures.geometry import helper, kernel
+from laserfeatures.geometry.growth import find_wall
+from laserfeatures.geometry.noise import MIN_SIGMA
+from laserfeatures.geometry.settle import Found, free_points, settle
+from laserfeatures.geometry.walls import FREE, Cut, keep_wall
 from laserfeatures_plugins.direct_hough.voting import next_peak, vote_pairs
-from laserfeatures_plugins.direct_hough.walls import (
-    FREE,
-    MAX_GROWTH,
-    MIN_SIGMA,
-    Cut,
-    estimate_sigma,
-    find_wall,
-    keep_wall,
-)
 
-ROUND = -2  # owner of a point on a round object
 MIN_VOTES = 3
 SEED = 0xFFFFFFFF  # the part of a row's best that names one of the voters
 SHORTER = 0.4  # than the chords that found nothing more
@@ -43,80 +35,17 @@ def extract(
     jump: float,
     radius: float,
     cut: Cut,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, Segments]:
+) -> Found:
     """Return what `LineSegments` and `Lines` hold of a scan.
 
     `sigma` 0 stands for unknown, `cut` is (min_points, max_missed, max_gap), `radius` the largest
     of a round object. `votes` and `epoch` are the accumulator and its count of votes so far.
     """
-    x, y, beam = returns(directions, ranges, limits[0], limits[1])
-    owner = np.empty(x.size, np.int64)
-    for i in range(x.size):
-        owner[i] = FREE
-    known = sigma > 0.0
-    if not known:
-        sigma = estimate_sigma(x, y)
-    if radius > 0.0:
-        set_arcs_aside(x, y, beam, sigma, jump, radius, ROUND, owner)
-    walls, sigma = search(
-        x, y, beam, owner, cos, sin, distance_step, votes, epoch, sigma, known, chord, cut
+    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
+    walls, noise = search(
+        x, y, beam, owner, cos, sin, distance_step, votes, epoch, noise, sigma > 0.0, chord, cut
     )
-    merge_pieces(x, y, owner, walls, sigma)
-    share_points(x, y, owner, walls, cut[0])
-    theta, d, support, covariance = lines_of(walls, cut[0], sigma)
-    line, member = members_of(owner, walls, cut[0])
-    segments = cut_segments(
-        x, y, beam, ranges.size, theta, d, line, member, cut[1], cut[2], MAX_GROWTH
-    )
-    return theta, d, support, covariance, segments
-
-
-@helper
-def lines_of(
-    walls: FloatArray, min_points: int, sigma: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return theta, d, support and covariance of the walls that have enough points."""
-    lines = 0
-    for k in range(walls.shape[0]):
-        lines += walls[k, 5] >= min_points
-    theta = np.empty(lines)
-    d = np.empty(lines)
-    support = np.empty(lines)
-    covariance = np.empty((lines, 2, 2))
-    new = 0
-    for k in range(walls.shape[0]):
-        if walls[k, 5] >= min_points:
-            theta[new] = walls[k, 0]
-            d[new] = walls[k, 1]
-            covariance[new, 0, 0] = walls[k, 2] * sigma * sigma
-            covariance[new, 0, 1] = covariance[new, 1, 0] = walls[k, 3] * sigma * sigma
-            covariance[new, 1, 1] = walls[k, 4] * sigma * sigma
-            support[new] = walls[k, 5]
-            new += 1
-    return theta, d, support, covariance
-
-
-@helper
-def members_of(owner: IntArray, walls: FloatArray, min_points: int) -> tuple[IntArray, IntArray]:
-    """Return the lines and the points of all points on walls that have enough of them."""
-    place = np.empty(walls.shape[0], np.int64)  # where the next point of each wall goes
-    number = np.empty(walls.shape[0], np.int64)
-    total = lines = 0
-    for k in range(walls.shape[0]):
-        place[k] = total
-        number[k] = lines
-        if walls[k, 5] >= min_points:
-            total += int(walls[k, 5])
-            lines += 1
-    line = np.empty(total, np.int64)
-    member = np.empty(total, np.int64)
-    for i in range(owner.size):
-        k = owner[i]
-        if k >= 0 and walls[k, 5] >= min_points:
-            line[place[k]] = number[k]
-            member[place[k]] = i
-            place[k] += 1
-    return line, member
+    return settle(x, y, beam, ranges.size, owner, walls, noise, cut)
 
 
 @helper

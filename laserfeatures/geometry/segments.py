@@ -1,92 +1,15 @@
-"""Compiled geometry that the stages and the plugins share: points, line fits, segment cuts.
-
-All functions are numba kernels: arrays and scalars in, arrays and scalars out, no checks. Points
-are given as x (P,), y (P,) [m] in beam order with `beam` (P,), the index of each point's beam.
-A fit is a tuple (theta, d, var_theta, cov_theta_d, var_d), the last three for a unit noise.
-"""
+"""Lines cut into segments where their points leave a gap."""
 
 import math
 
 import numpy as np
-from numba import njit
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.geometry.compiled import kernel
 
-# Division by zero gives inf or nan, as in NumPy: Python's check would double the code. What Python
-# calls is a kernel and compiled once for all runs. What only kernels call is a helper: a part of
-# them, which compiles in half the time without the wrapper that Python would need. So Python must
-# not call it: that would end the interpreter.
-kernel = njit(cache=True, error_model="numpy")
-helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
-    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
-)
-
-Fit = tuple[float, float, float, float, float]
 Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
 
-# A range error moves a point along its beam, so its distance from a line errs by cos(incidence).
-# Other errors (beam width and angle, roughness) do not vanish at grazing incidence: this adds them
-# as a share of the range variance.
-INCIDENCE_FLOOR = 0.02
-
-
-@kernel
-def returns(
-    directions: FloatArray, ranges: FloatArray, range_min: float, range_max: float
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return (x, y, beam) of the valid returns, as `LaserScan.points` and `LaserScan.beams`."""
-    n = ranges.size
-    x = np.empty(n)
-    y = np.empty(n)
-    beam = np.empty(n, np.int64)
-    count = 0
-    for i in range(n):
-        r = ranges[i]
-        if range_min <= r < range_max and 0.0 < r < math.inf:
-            x[count] = r * directions[i, 0]
-            y[count] = r * directions[i, 1]
-            beam[count] = i
-            count += 1
-    return x[:count], y[:count], beam[:count]
-
-
-@kernel
-def fit_line(x: FloatArray, y: FloatArray, members: IntArray, theta: float) -> Fit:
-    """Fit a line to the points `members` by weighted total least squares.
-
-    The weights are the inverse variances of the points' distances from the line for a range noise
-    of 1 m at the incidence angles that `theta`, a first guess, implies; the line is the minor axis
-    of the weighted scatter. The covariance follows to first order; it is for that noise too, so
-    that a noise sigma multiplies it by sigma squared.
-    """
-    c = math.cos(theta)
-    s = math.sin(theta)
-    w = wx = wy = wxx = wxy = wyy = 0.0
-    for i in members:
-        along = x[i] * c + y[i] * s
-        weight = 1.0 / (along * along / (x[i] * x[i] + y[i] * y[i]) + INCIDENCE_FLOOR)
-        w += weight
-        wx += weight * x[i]
-        wy += weight * y[i]
-        wxx += weight * x[i] * x[i]
-        wxy += weight * x[i] * y[i]
-        wyy += weight * y[i] * y[i]
-    mx = wx / w
-    my = wy / w
-    sxx = wxx - wx * mx
-    sxy = wxy - wx * my
-    syy = wyy - wy * my
-    theta = 0.5 * math.atan2(-2.0 * sxy, syy - sxx)
-    if theta < 0.0:
-        theta += math.pi
-    if theta >= math.pi:
-        theta = 0.0
-    c = math.cos(theta)
-    s = math.sin(theta)
-    centre = my * c - mx * s
-    spread = max(sxx * s * s - 2.0 * sxy * s * c + syy * c * c, 1e-12)
-    var_theta = 1.0 / spread
-    return theta, mx * c + my * s, var_theta, centre * var_theta, 1.0 / w + centre**2 * var_theta
+MAX_GROWTH = 4.0  # of the way between points of a wall from one beam to the next
 
 
 @kernel

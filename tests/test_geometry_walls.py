@@ -4,13 +4,13 @@ import kernels
 import numpy as np
 import pytest
 import reference
-import reference_hough
+import reference_walls
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laserfeatures_plugins.direct_hough import arcs, walls
 from scenes import chain, poles, scan_of, true_lines, wall
 
 from laserfeatures import LaserScan, geometry
+from laserfeatures.geometry import arcs, growth, noise, segments, walls
 
 GAPS = (2, 0.15)  # max_missed, max_gap
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
@@ -38,8 +38,8 @@ def test_a_wall_grows_to_its_gaps_as_its_twin_does(rng, gate):
     assume((free & (off < gate)).any())
     seed = int(rng.choice(np.flatnonzero(free & (off < gate))))
     members = kernels.grow(points, beams, free, seed, line, gate, *GAPS)
-    expected = reference_hough.grow(
-        points, beams, free, seed, line, gate, *GAPS, walls.MAX_GROWTH
+    expected = reference_walls.grow(
+        points, beams, free, seed, line, gate, *GAPS, segments.MAX_GROWTH
     )  # fmt: skip
     assert sorted(members) == sorted(expected)
     assert members[0] == seed
@@ -61,7 +61,7 @@ def test_a_run_is_a_wall_where_it_is_tight_and_straight(rng, count):
     cosine = 1 / np.sqrt(reference.weights(points, fit[0], 0.0))
     loose = residual > max(2 * sigma, walls.FLATNESS) ** 2
     grazing = count < 12 and cosine.mean() < walls.GRAZING
-    curve, deviation = reference_hough.bend(points, fit[:2])
+    curve, deviation = reference_walls.bend(points, fit[:2])
     bent = abs(curve) > max(walls.CURVED * sigma * deviation, 0.5 / walls.FLAT_RADIUS)
     assert flat == (not (loose or grazing or bent))
     if flat:
@@ -87,7 +87,7 @@ def test_a_wall_found_is_settled_free_and_explains_its_points(rng):
     assert kernels.is_wall(points, members, fit, 0.005)[0]
     np.testing.assert_allclose(kernels.fit_line(points, members, fit[0])[:2], fit[:2], atol=2e-3)
     off = abs(points[members] @ (math.cos(fit[0]), math.sin(fit[0])) - fit[1])
-    assert off.max() < max(walls.SIGMAS * 0.005, 1.5 * walls.FLATNESS) + 0.01
+    assert off.max() < max(growth.SIGMAS * 0.005, 1.5 * walls.FLATNESS) + 0.01
 
 
 def test_a_wall_is_found_from_any_of_its_points_and_a_direction_2_degrees_off():
@@ -135,12 +135,12 @@ def test_noise_is_estimated_as_its_twin_says(rng, count):
     points = niche(rng)[0]
     first = rng.integers(len(points))
     points = points[first : first + count]
-    expected = reference_hough.estimate_sigma(points, walls.BASELINE)
+    expected = reference_walls.estimate_sigma(points, noise.BASELINE)
     sigma = kernels.estimate_sigma(points)
     if expected is None:
-        assert sigma == 5 * walls.MIN_SIGMA
+        assert sigma == 5 * noise.MIN_SIGMA
     else:
-        limited = np.clip(expected, walls.MIN_SIGMA, walls.MAX_SIGMA)
+        limited = np.clip(expected, noise.MIN_SIGMA, noise.MAX_SIGMA)
         assert sigma == pytest.approx(limited, rel=1e-9)
 
 
@@ -163,11 +163,11 @@ def test_the_noise_estimated_is_about_the_true_one(room, sigma):
 
 def test_noise_is_guessed_where_too_few_points_tell_it():
     points = scan_of(wall(0.0, 2.0, -0.05, 0.05)).points[:8]
-    assert kernels.estimate_sigma(points) == 5 * walls.MIN_SIGMA
+    assert kernels.estimate_sigma(points) == 5 * noise.MIN_SIGMA
 
 
 def test_no_scanner_is_taken_to_be_better_than_min_sigma():
-    assert kernels.estimate_sigma(scan_of(wall(0.0, 2.0, -2, 2)).points) == walls.MIN_SIGMA
+    assert kernels.estimate_sigma(scan_of(wall(0.0, 2.0, -2, 2)).points) == noise.MIN_SIGMA
 
 
 def set_aside(points, beams, radius=0.4, sigma=0.005):
@@ -184,7 +184,7 @@ def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius, sigma):
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
     rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED)
-    expected = reference_hough.arcs(points, beams, sigma, 0.15, max_radius, rules)
+    expected = reference_walls.arcs(points, beams, sigma, 0.15, max_radius, rules)
     np.testing.assert_array_equal(set_aside(points, beams, max_radius, sigma), expected)
 
 

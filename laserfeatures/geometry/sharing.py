@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry import fit_line, helper
-from laserfeatures_plugins.direct_hough.walls import gather, is_wall, keep_wall, off_line
+from laserfeatures.geometry.compiled import helper
+from laserfeatures.geometry.fit import fit_line, off_line
+from laserfeatures.geometry.walls import gather, is_wall, keep_wall
 
 TURN = 0.05  # [rad]; pieces of one real wall differ by no more
 NEAR = 0.1  # [m]

@@ -3,11 +3,12 @@ import math
 import kernels
 import numpy as np
 import pytest
-import reference_hough
+import reference_walls
 from hypothesis import given
 from hypothesis import strategies as st
-from laserfeatures_plugins.direct_hough import sharing
 from scenes import chain, line_errors, look, scan_of
+
+from laserfeatures.geometry import sharing
 
 SIGMA = 0.005
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
@@ -27,7 +28,7 @@ def test_points_at_the_ends_of_walls_go_to_the_nearest_as_their_twin_says(rng):
     owner = np.where(swapped, rng.integers(-2, 2, len(points)), owner)
     walls = kernels.fitted(points, np.where(owner < 0, 0, owner))
     after, changed = kernels.give_to_nearest(points, owner, walls)
-    expected = reference_hough.give_to_nearest(points, owner, walls[:, :2], sharing.NEIGHBOURHOOD)
+    expected = reference_walls.give_to_nearest(points, owner, walls[:, :2], sharing.NEIGHBOURHOOD)
     np.testing.assert_array_equal(after, expected)
     moved = expected != owner
     assert set(np.flatnonzero(changed)) == {*owner[moved].tolist(), *expected[moved].tolist()}

@@ -1,9 +1,9 @@
-"""Kernel that sets round objects (poles, table legs, people's legs) aside before the vote."""
+"""Kernel that sets round objects (poles, table legs, people's legs) aside."""
 
 import math
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import helper
+from laserfeatures.geometry.compiled import helper
 
 POST = 0.1  # [m]; things that are seen no wider have no walls, whatever noise trails off them
 FLAT = 0.01  # [m]; what departs more from a line is not flat
