@@ -165,7 +165,7 @@ class PointFeatures(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Features:
+class Features(Record):
     """What an extractor found in one scan."""
 
     scan: LaserScan

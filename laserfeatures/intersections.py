@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.data import LineSegments, PointFeatures
 from laserfeatures.geometry import helper, kernel
 
@@ -55,7 +55,7 @@ class Intersections:
     def __call__(self, segments: LineSegments) -> PointFeatures:
         """Return the corners of the lines that carry `segments`."""
         lines = segments.lines
-        positions, covariance, pairs, angles, real = _cross(
+        numbers, pairs, real = _cross(
             lines.theta,
             lines.d,
             lines.covariance,
@@ -67,8 +67,15 @@ class Intersections:
             self.max_sigma,
             self.reach,
         )
+        lock(numbers, pairs, real)
+        count = real.size
+        most = numbers.size // 7
         return PointFeatures.trusted(
-            positions=positions, covariance=covariance, lines=pairs, angles=angles, real=real
+            positions=numbers[: 2 * count].reshape(count, 2),
+            covariance=numbers[2 * most : 2 * most + 4 * count].reshape(count, 2, 2),
+            lines=pairs,
+            angles=numbers[6 * most : 6 * most + count],
+            real=real,
         )
 
 
@@ -84,14 +91,18 @@ def _cross(
     sin_min: float,
     max_sigma: float,
     reach: float,
-) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, BoolArray]:
-    """Return positions, covariances, pairs of lines, angles and reality of the corners."""
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Return the corners' numbers, pairs of lines, and reality.
+
+    The numbers are positions, covariances and angles in one array, with room for a corner of each
+    pair of lines: to hand an array to Python takes longer than to view a part of it there.
+    """
     lines = theta.size
     most = lines * (lines - 1) // 2
-    positions = np.empty((most, 2))
-    spread = np.empty((most, 2, 2))
+    numbers = np.empty(7 * most)
+    spread = numbers[2 * most :]
+    angles = numbers[6 * most :]
     pairs = np.empty((most, 2), np.int64)
-    angles = np.empty(most)
     real = np.empty(most, np.bool_)
     cos = np.empty(lines)
     sin = np.empty(lines)
@@ -116,11 +127,11 @@ def _cross(
             xy = -va * sin[b] * cos[b] - vb * sin[a] * cos[a]
             if 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy)) > max_sigma * max_sigma:
                 continue
-            positions[count, 0] = x
-            positions[count, 1] = y
-            spread[count, 0, 0] = xx
-            spread[count, 0, 1] = spread[count, 1, 0] = xy
-            spread[count, 1, 1] = yy
+            numbers[2 * count] = x
+            numbers[2 * count + 1] = y
+            spread[4 * count] = xx
+            spread[4 * count + 1] = spread[4 * count + 2] = xy
+            spread[4 * count + 3] = yy
             pairs[count, 0] = a
             pairs[count, 1] = b
             angles[count] = math.asin(min(abs(det), 1.0))
@@ -128,7 +139,7 @@ def _cross(
                 x, y, b, d[b], line, endpoints, support, reach
             )
             count += 1
-    return positions[:count], spread[:count], pairs[:count], angles[:count], real[:count]
+    return numbers, pairs[:count], real[:count]
 
 
 @helper

@@ -75,4 +75,6 @@ class Pipeline:
                 f"got {type(detected).__name__}"
             )
         segments = self.segment_filter(detected)
-        return Features(scan=scan, segments=segments, corners=self.intersections(segments))
+        return Features.trusted(
+            scan=scan, segments=segments, corners=self.intersections(segments)
+        )

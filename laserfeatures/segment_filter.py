@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.data import Lines, LineSegments
 from laserfeatures.geometry import helper, kernel
 
@@ -58,7 +60,7 @@ class SegmentFilter:
     def __call__(self, segments: LineSegments) -> LineSegments:
         """Return the segments that are worth keeping, with their lines numbered anew."""
         lines = segments.lines
-        removed, keep, used, number = _reliable(
+        removed, kept, chosen = _reliable(
             lines.theta,
             segments.line,
             segments.endpoints,
@@ -72,19 +74,23 @@ class SegmentFilter:
         )
         if removed == 0:
             return segments
+        number = chosen[: len(lines)]
+        keep = chosen[len(lines) : len(lines) + kept]
+        used = chosen[len(lines) + kept :]
+        chosen_lines = _rows(lines, used, "theta", "d", "support", "covariance")
+        chosen_segments = _rows(segments, keep, "endpoints", "support", "rms", "points")
+        line = number[segments.line[keep]]
+        lock(line)
         return LineSegments.trusted(
-            lines=Lines.trusted(
-                theta=lines.theta[used],
-                d=lines.d[used],
-                support=lines.support[used],
-                covariance=lines.covariance[used],
-            ),
-            line=number[segments.line[keep]],
-            endpoints=segments.endpoints[keep],
-            support=segments.support[keep],
-            rms=segments.rms[keep],
-            points=segments.points[keep],
+            lines=Lines.trusted(**chosen_lines), line=line, **chosen_segments
         )
+
+
+def _rows(record: Lines | LineSegments, rows: IntArray, *fields: str) -> dict[str, NDArray[Any]]:
+    """Return some rows of the named fields, locked."""
+    chosen = {field: getattr(record, field)[rows] for field in fields}
+    lock(*chosen.values())
+    return chosen
 
 
 @kernel
@@ -99,8 +105,11 @@ def _reliable(
     max_error: float,
     sin_min: float,
     copy_distance: float,
-) -> tuple[int, BoolArray, IntArray, IntArray]:
-    """Return how many segments and lines go, which stay, and the lines' new numbers."""
+) -> tuple[int, int, IntArray]:
+    """Return how many segments and lines go, how many segments stay, and which.
+
+    The last is one array of the lines' new numbers (L,), the segments and the lines that stay.
+    """
     count = line.size
     keep = np.empty(count, np.bool_)
     for j in range(count):
@@ -116,19 +125,21 @@ def _reliable(
                 better, worse = b, a
             if _is_copy(endpoints, support, points, better, worse, copy_distance):
                 keep[worse] = False
-    number = np.zeros(theta.size, np.int64)
-    removed = 0
+    lines = theta.size
+    chosen = np.zeros(lines + count + lines, np.int64)
+    kept = 0
     for j in range(count):
-        number[line[j]] += keep[j]
-        removed += not keep[j]
-    used = np.empty(theta.size, np.int64)
-    lines = 0
-    for k in range(theta.size):
-        if number[k] > 0:
-            used[lines] = k
-            number[k] = lines
-            lines += 1
-    return removed + theta.size - lines, keep, used[:lines], number
+        if keep[j]:
+            chosen[lines + kept] = j
+            chosen[line[j]] += 1
+            kept += 1
+    used = 0
+    for k in range(lines):
+        if chosen[k] > 0:
+            chosen[lines + kept + used] = k
+            chosen[k] = used
+            used += 1
+    return count - kept + lines - used, kept, chosen[: lines + kept + used]
 
 
 @helper

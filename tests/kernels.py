@@ -77,9 +77,9 @@ def fresh_epoch(votes, epoch, voters):
     return _compiled(search.fresh_epoch)(votes, epoch, voters)
 
 
-def estimate_sigma(points):
+def estimate_sigma(points, chords=50):
     """Return the noise [m]."""
-    return _compiled(noise.estimate_sigma)(*_xy(points))
+    return _compiled(noise.estimate_sigma)(*_xy(points), chords)
 
 
 def grow(points, beams, free, seed, line, gate, *gaps):
@@ -133,18 +133,20 @@ def fitted(points, owner):
     return np.array(rows)
 
 
-def give_to_nearest(points, owner, table):
+def give_to_nearest(points, owner, table, gate=0.0):
     """Return the owners afterwards and which walls changed."""
-    owner, changed = owner.copy(), np.zeros(len(table), bool)
-    moved = _compiled(sharing.give_to_nearest)(*_xy(points), owner, table, changed)
+    owner, table, changed = owner.copy(), table.copy(), np.zeros(len(table), bool)
+    table[:, 5] = np.bincount(owner[owner >= 0], minlength=len(table))
+    moved = _compiled(sharing.give_to_nearest)(*_xy(points), owner, table, gate, changed)
     assert moved == changed.any()
+    np.testing.assert_array_equal(table[:, 5], np.bincount(owner[owner >= 0], minlength=len(table)))
     return owner, changed
 
 
-def share_points(points, owner, table, min_points):
+def share_points(points, owner, table, min_points, *, gate=0.0, refit=False):
     """Return owners and walls afterwards."""
     owner, table = owner.copy(), table.copy()
-    _compiled(sharing.share_points)(*_xy(points), owner, table, min_points)
+    _compiled(sharing.share_points)(*_xy(points), owner, table, gate, refit, min_points)
     return owner, table
 
 

@@ -115,16 +115,20 @@ def bend(points, line):
     return np.linalg.solve(r, q.T @ off)[2] / scale[2], 1 / abs(r[2, 2]) / scale[2]
 
 
-def give_to_nearest(points, owner, lines, neighbourhood):
-    """Twin of `give_to_nearest`: each point in turn goes to the nearest wall of its neighbours."""
+def give_to_nearest(points, owner, lines, neighbourhood, gate):
+    """Twin of `give_to_nearest`: each point in turn goes to the nearest wall of its neighbours.
+
+    A free point (owner -1) does where that wall is nearer than the gate.
+    """
     owner = owner.copy()
     for i, point in enumerate(points):
         low, high = max(0, i - neighbourhood), min(len(points) - 1, i + neighbourhood)
-        if owner[i] < 0 or owner[low] == owner[i] == owner[high]:
+        if owner[i] < -1 or (owner[i] >= 0 and owner[low] == owner[i] == owner[high]):
             continue
-        walls = [owner[i], *owner[low : high + 1][owner[low : high + 1] >= 0]]
+        walls = [k for k in (owner[i], *owner[low : high + 1]) if k >= 0]
         off = [
             abs(point @ (math.cos(lines[k][0]), math.sin(lines[k][0])) - lines[k][1]) for k in walls
         ]
-        owner[i] = walls[int(np.argmin(off))]
+        if walls and (owner[i] >= 0 or min(off) < gate):
+            owner[i] = walls[int(np.argmin(off))]
     return owner

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scenes import chain, line_errors, look, scan_of
 
 from laserfeatures.geometry import sharing
+from laserfeatures.geometry import walls as walls_table
 
 SIGMA = 0.005
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
@@ -27,11 +28,38 @@ def test_points_at_the_ends_of_walls_go_to_the_nearest_as_their_twin_says(rng):
     swapped = rng.random(len(points)) < 0.1
     owner = np.where(swapped, rng.integers(-2, 2, len(points)), owner)
     walls = kernels.fitted(points, np.where(owner < 0, 0, owner))
-    after, changed = kernels.give_to_nearest(points, owner, walls)
-    expected = reference_walls.give_to_nearest(points, owner, walls[:, :2], sharing.NEIGHBOURHOOD)
+    gate = rng.choice([0.0, 0.015])
+    after, changed = kernels.give_to_nearest(points, owner, walls, gate)
+    expected = reference_walls.give_to_nearest(
+        points, owner, walls[:, :2], sharing.NEIGHBOURHOOD, gate
+    )
     np.testing.assert_array_equal(after, expected)
     moved = expected != owner
-    assert set(np.flatnonzero(changed)) == {*owner[moved].tolist(), *expected[moved].tolist()}
+    touched = {*owner[moved].tolist(), *expected[moved].tolist()}
+    assert set(np.flatnonzero(changed)) == touched - {walls_table.FREE}
+
+
+def test_free_points_beside_a_wall_join_it_if_they_are_near():
+    points, truth = corner(np.random.default_rng(2))
+    before = truth.copy()
+    first = np.flatnonzero(truth == 1)[0]
+    before[first : first + 3] = walls_table.FREE
+    before[first + 10] = walls_table.FREE
+    points = points.copy()
+    points[first + 10] += (0.0, -0.1)  # no point of the wall
+    table = kernels.fitted(points, before)
+    owner, table = kernels.share_points(points, before, table, 4, gate=0.015)
+    assert owner[first + 10] == walls_table.FREE
+    assert (owner >= 0).sum() == len(points) - 1
+    np.testing.assert_array_equal(table[:, 5], np.bincount(owner[owner >= 0]))
+
+
+def test_all_walls_are_fitted_anew_when_asked():
+    points, truth = corner(np.random.default_rng(3))
+    rough = kernels.fitted(points, truth)
+    rough[:, 0] += 1e-3
+    owner, table = kernels.share_points(points, truth, rough, 4, refit=True)
+    assert_fitted(table, points, owner)
 
 
 @given(seeds)

@@ -13,6 +13,12 @@ MAX_FITS = 6  # refits of one wall; nearly all settle after three
 
 
 @helper
+def gate_of(sigma: float) -> float:
+    """Return the largest distance of an inlier from its line [m]."""
+    return max(SIGMAS * sigma, 1.5 * FLATNESS)
+
+
+@helper
 def walk(
     x: FloatArray,
     y: FloatArray,
@@ -127,7 +133,7 @@ def find_wall(
     of the range noise that it shows.
     """
     fit = (theta, x[seed] * math.cos(theta) + y[seed] * math.sin(theta), 0.0, 0.0, 0.0)
-    bound = max(SIGMAS * sigma, 1.5 * FLATNESS)
+    bound = gate_of(sigma)
     reach = width + bound
     count = before = before_total = 0
     for _ in range(MAX_FITS):
@@ -144,7 +150,7 @@ def find_wall(
         fit = fit_line(x, y, members[:count], fit[0])
         reach = bound
         seed = nearest_member(x, y, members[:count], fit[0], fit[1])
-    flat, variance = is_wall(x, y, members[:count], fit, sigma)
+    flat, variance, _ = is_wall(x, y, members[:count], fit, sigma)
     return (count if flat else 0), fit, variance
 
 

@@ -10,18 +10,19 @@ from laserfeatures.geometry.compiled import helper
 MIN_SIGMA = 0.002  # [m]; no scanner that this is for measures better
 MAX_SIGMA = 0.1  # [m]; with more noise than that there are no walls to be found
 BASELINE = 0.1  # [m]
+NORMAL = 0.6745  # median of the absolute value of a normal variable, in standard deviations
 
 
 @helper
-def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
+def estimate_sigma(x: FloatArray, y: FloatArray, chords: int) -> float:
     """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
 
-    The neighbours are taken `BASELINE` metres away, since the noise of nearby beams is often
-    filtered by the sensor. The median takes no notice of corners, edges and outliers while most
-    chords lie on walls.
+    About `chords` of them are looked at, or all. The neighbours are taken `BASELINE` metres away,
+    since the noise of nearby beams is often filtered by the sensor. The median takes no notice of
+    corners, edges and outliers while most chords lie on walls.
     """
-    stride = max(1, x.size // 50)  # more chords than that cost time and gain nothing
-    noise = np.empty(x.size)  # sorted as it is filled
+    stride = max(1, x.size // chords)
+    noise = np.empty(x.size)
     count = 0
     for i in range(1, x.size - 1, stride):
         a = i - 1
@@ -41,13 +42,28 @@ def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
         incidence = abs(x[i] * dy - y[i] * dx) / (length * math.sqrt(x[i] * x[i] + y[i] * y[i]))
         if incidence > 0.2 and 0.0 < share < 1.0:
             variance = 1.0 + share * share + (1.0 - share) ** 2
-            value = off / (incidence * math.sqrt(variance))
-            k = count
-            while k > 0 and noise[k - 1] > value:
-                noise[k] = noise[k - 1]
-                k -= 1
-            noise[k] = value
+            noise[count] = off / (incidence * math.sqrt(variance))
             count += 1
     if count < 8:
         return 5.0 * MIN_SIGMA
-    return min(max(noise[count // 2] / 0.6745, MIN_SIGMA), MAX_SIGMA)
+    return min(max(median(noise[:count]) / NORMAL, MIN_SIGMA), MAX_SIGMA)
+
+
+@helper
+def median(values: FloatArray) -> float:
+    """Return the upper median, as far as it can matter, to some 30 micrometres.
+
+    By bisection: to count takes no branches, which a sort would have the processor guess.
+    """
+    low = 0.0
+    high = 1.01 * NORMAL * MAX_SIGMA
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        below = 0
+        for value in values:
+            below += value <= middle
+        if 2 * below > values.size:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)

@@ -65,29 +65,29 @@ def cut_segments(
     line (S,), endpoints (S, 2, 2), support (S,), rms (S,), points (S, beams) : arrays
         As in `LineSegments`.
     """
-    steps = np.empty(member.size + 1)  # way from the point before to this one, for each beam
-    steps[member.size] = math.inf
-    c = s = 0.0
+    ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
+    count = 0
+    c = s = before = way = 0.0
     for m in range(member.size):
-        steps[m] = math.inf
-        if m == 0 or line[m] != line[m - 1]:
+        i = member[m]
+        new = m == 0 or line[m] != line[m - 1]
+        if new:
             c = math.cos(theta[line[m]])
             s = math.sin(theta[line[m]])
         else:
-            i = member[m]
-            j = member[m - 1]
-            steps[m] = abs((y[i] - y[j]) * c - (x[i] - x[j]) * s) / (beam[i] - beam[j])
-    ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
-    count = 0
-    before = math.inf
-    for m in range(member.size):
-        new = True
-        if steps[m] < math.inf:
-            missed = beam[member[m]] - beam[member[m - 1]]
-            spacing = min(before, steps[m + 1])  # the one on the nearer side is the smaller
-            new = is_gap(missed, steps[m] * missed, spacing, max_missed, max_gap, max_growth)
-        before = math.inf if new else steps[m]
+            h = member[m - 1]
+            way = abs((y[i] - y[h]) * c - (x[i] - x[h]) * s)
+            apart = beam[i] - beam[h]
+            if way > max_gap:  # few are: only they need the way beside them
+                spacing = before
+                if m + 1 < member.size and line[m + 1] == line[m]:
+                    j = member[m + 1]
+                    after = abs((y[j] - y[i]) * c - (x[j] - x[i]) * s) / (beam[j] - beam[i])
+                    spacing = min(before, after)  # the one on the nearer side is the smaller
+                new = is_gap(apart, way, spacing, max_missed, max_gap, max_growth)
+            before = way / apart
         if new:
+            before = math.inf
             ends[count] = m
             count += 1
     ends[count] = member.size

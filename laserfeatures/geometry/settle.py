@@ -4,17 +4,21 @@ import math
 
 import numpy as np
 
-from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.data import Lines, LineSegments
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
+from laserfeatures.data import LaserScan, Lines, LineSegments
 from laserfeatures.geometry.arcs import set_arcs_aside
 from laserfeatures.geometry.compiled import helper
 from laserfeatures.geometry.noise import estimate_sigma
 from laserfeatures.geometry.points import returns
 from laserfeatures.geometry.segments import MAX_GROWTH, Segments, cut_segments
 from laserfeatures.geometry.sharing import merge_pieces, share_points
-from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of, members_of
+from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of
 
-Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray, Segments]
+# What a kernel returns: the numbers of lines and segments in one array, the line of each segment,
+# and which beams it holds. Handing an array to Python takes half a microsecond, a view of it less.
+Found = tuple[FloatArray, IntArray, BoolArray]
+
+ALWAYS_WIDE = 0.1  # [m]; beams of a laser scanner are never that far apart at 1 m
 
 
 def check_walls(
@@ -43,26 +47,46 @@ def check_walls(
         raise ValueError(f"max_pole_radius must be >= 0 m, got {max_pole_radius!r}")
 
 
+def check_gap(scan: LaserScan, max_gap: float) -> None:
+    """Check that the beams of a scan are not farther apart than a gap may be.
+
+    Raises
+    ------
+    ValueError
+        If beside the nearest return, or at 1 m if that is nearer, they are.
+    """
+    if max_gap >= ALWAYS_WIDE or len(scan) < 2:
+        return
+    step = float(np.diff(scan.angles).min())
+    nearest = min(1.0, float(scan.ranges[scan.beams].min(initial=math.inf)))
+    if max_gap < step * nearest:
+        raise ValueError(
+            f"max_gap is {max_gap} m, but beams {math.degrees(step):.3g} deg apart are "
+            f"{step * nearest:.4f} m apart at {nearest:.2f} m: every step would be a gap"
+        )
+
+
 @helper
 def free_points(
     directions: FloatArray,
     ranges: FloatArray,
     limits: tuple[float, float],
     sigma: float,
+    chords: int,
     jump: float,
     radius: float,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray, float]:
     """Return x, y and beam of the returns, their owners, all free but for poles, and the noise.
 
-    `sigma` 0 stands for unknown: it is estimated. `jump` is the distance of points on different
-    objects, `radius` the largest of a round object; 0 keeps them.
+    `sigma` 0 stands for unknown: it is estimated from so many `chords`. `jump` is the distance of
+    points on different objects, `radius` the largest of a round object; 0 keeps them.
     """
     x, y, beam = returns(directions, ranges, limits[0], limits[1])
     owner = np.empty(x.size, np.int64)
     for i in range(x.size):
         owner[i] = FREE
     if sigma == 0.0:
-        sigma = estimate_sigma(x, y)
+        sigma = estimate_sigma(x, y, chords)
     if radius > 0.0:
         set_arcs_aside(x, y, beam, sigma, jump, radius, ROUND, owner)
     return x, y, beam, owner, sigma
@@ -77,25 +101,67 @@ def settle(
     owner: IntArray,
     walls: FloatArray,
     sigma: float,
+    gate: float,
+    refit: bool,
     cut: Cut,
 ) -> Found:
-    """Merge the pieces of walls, share out the points at corners, cut the lines into segments."""
+    """Merge the pieces of walls, share out the points at corners, cut the lines into segments.
+
+    Points that are free still and within `gate` of a wall beside them join it; 0 leaves them free.
+    `refit` says that the walls' fits are not the weighted ones of `fit_line` yet.
+    """
     merge_pieces(x, y, owner, walls, sigma)
-    share_points(x, y, owner, walls, cut[0])
+    line, member = share_points(x, y, owner, walls, gate, refit, cut[0])
     theta, d, support, covariance = lines_of(walls, cut[0], sigma)
-    line, member = members_of(owner, walls, cut[0])
     segments = cut_segments(x, y, beam, beams, theta, d, line, member, cut[1], cut[2], MAX_GROWTH)
-    return theta, d, support, covariance, segments
+    return pack(theta, d, support, covariance, segments)
+
+
+@helper
+def pack(
+    theta: FloatArray,
+    d: FloatArray,
+    support: FloatArray,
+    covariance: FloatArray,
+    segments: Segments,
+) -> Found:
+    """Put the numbers of lines and segments into one array, one field after another."""
+    line, endpoints, points_on, rms, points = segments
+    lines = theta.size
+    count = line.size
+    numbers = np.empty(7 * lines + 6 * count)
+    for k in range(lines):
+        numbers[k] = theta[k]
+        numbers[lines + k] = d[k]
+        numbers[2 * lines + k] = support[k]
+        for e in range(4):
+            numbers[3 * lines + 4 * k + e] = covariance[k, e // 2, e % 2]
+    rest = numbers[7 * lines :]
+    for j in range(count):
+        rest[j] = points_on[j]
+        rest[count + j] = rms[j]
+        for e in range(4):
+            rest[2 * count + 4 * j + e] = endpoints[j, e // 2, e % 2]
+    return numbers, line, points
 
 
 def line_segments(found: Found) -> LineSegments:
     """Return what a kernel found as `LineSegments`."""
-    theta, d, support, covariance, (line, endpoints, points_on, rms, points) = found
+    numbers, line, points = found
+    lock(numbers, line, points)
+    count = line.size
+    lines = (numbers.size - 6 * count) // 7
+    rest = numbers[7 * lines :]
     return LineSegments.trusted(
-        lines=Lines.trusted(theta=theta, d=d, support=support, covariance=covariance),
+        lines=Lines.trusted(
+            theta=numbers[:lines],
+            d=numbers[lines : 2 * lines],
+            support=numbers[2 * lines : 3 * lines],
+            covariance=numbers[3 * lines : 7 * lines].reshape(lines, 2, 2),
+        ),
         line=line,
-        endpoints=endpoints,
-        support=points_on,
-        rms=rms,
+        endpoints=rest[2 * count :].reshape(count, 2, 2),
+        support=rest[:count],
+        rms=rest[count : 2 * count],
         points=points,
     )

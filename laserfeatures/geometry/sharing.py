@@ -7,13 +7,13 @@ import numpy as np
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper
 from laserfeatures.geometry.fit import fit_line, off_line
-from laserfeatures.geometry.walls import gather, is_wall, keep_wall
+from laserfeatures.geometry.walls import FREE, gather, is_wall, keep_wall, members_of
 
 TURN = 0.05  # [rad]; pieces of one real wall differ by no more
 NEAR = 0.1  # [m]
 BEND = 0.02  # [m]; pieces of one real wall lie no farther off one line
 NEIGHBOURHOOD = 4  # points beside the end of a wall that may belong to the next one
-ROUNDS = 3  # of sharing points out and refitting
+ROUNDS = 2  # of sharing points out and refitting
 
 
 @helper
@@ -64,54 +64,83 @@ def merge_pieces(
 
 @helper
 def share_points(
-    x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, min_points: int
-) -> None:
+    x: FloatArray,
+    y: FloatArray,
+    owner: IntArray,
+    walls: FloatArray,
+    gate: float,
+    refit: bool,
+    min_points: int,
+) -> tuple[IntArray, IntArray]:
     """Give the points at the ends of walls to the nearest wall and refit, in place.
 
-    A wall that loses too many of its points keeps its fit but not the right to be a line.
+    Free points within `gate` of a wall beside them join it. The walls that change are refitted, or
+    all where `refit`. A wall that loses too many of its points keeps its fit but not the right to
+    be a line. Returns what `members_of` does.
     """
-    members = np.empty(x.size, np.int64)
     changed = np.empty(walls.shape[0], np.bool_)
-    for _ in range(ROUNDS):
+    for round_ in range(ROUNDS):
+        first_fit = refit and round_ == 0
         for k in range(walls.shape[0]):
-            changed[k] = False
-        if not give_to_nearest(x, y, owner, walls, changed):
+            changed[k] = first_fit
+        if not give_to_nearest(x, y, owner, walls, gate, changed) and not first_fit:
             break
+        line, member = members_of(owner, walls, min_points)
+        first = 0
         for k in range(walls.shape[0]):
-            if changed[k]:
-                count = gather(owner, k, members)
-                walls[k, 5] = count
-                if count >= min_points:
-                    keep_wall(walls[k], fit_line(x, y, members[:count], walls[k, 0]), count)
+            if walls[k, 5] >= min_points:
+                count = int(walls[k, 5])
+                if changed[k]:
+                    fit = fit_line(x, y, member[first : first + count], walls[k, 0])
+                    keep_wall(walls[k], fit, count)
+                first += count
+        if round_ == ROUNDS - 1:
+            return line, member
+    return members_of(owner, walls, min_points)
 
 
 @helper
 def give_to_nearest(
-    x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, changed: BoolArray
+    x: FloatArray,
+    y: FloatArray,
+    owner: IntArray,
+    walls: FloatArray,
+    gate: float,
+    changed: BoolArray,
 ) -> bool:
     """Move each point near the end of its wall to the neighbouring wall if that is nearer.
 
-    Marks the walls that changed; returns whether any did.
+    A free point goes to the nearest wall beside it that is within `gate`; 0 leaves it free. Counts
+    the walls' points anew and marks those that changed; returns whether any did.
     """
     moved = False
+    cos = np.empty(walls.shape[0])
+    sin = np.empty(walls.shape[0])
+    for k in range(walls.shape[0]):
+        cos[k] = math.cos(walls[k, 0])
+        sin[k] = math.sin(walls[k, 0])
     for i in range(x.size):
         own = owner[i]
         low = max(0, i - NEIGHBOURHOOD)
         high = min(x.size - 1, i + NEIGHBOURHOOD)
-        if own < 0 or owner[low] == own == owner[high]:
+        if own < FREE or (own >= 0 and owner[low] == own == owner[high]):
             continue
-        least = math.inf
+        least = math.inf if own >= 0 else gate
         nearest = own
+        before = -1
         for j in range(low, high + 1):
             k = owner[j]
-            if k >= 0 and (k != nearest or least == math.inf):
-                error = abs(
-                    x[i] * math.cos(walls[k, 0]) + y[i] * math.sin(walls[k, 0]) - walls[k, 1]
-                )
+            if k >= 0 and k != before:
+                before = k
+                error = abs(x[i] * cos[k] + y[i] * sin[k] - walls[k, 1])
                 if error < least:
                     least = error
                     nearest = k
         if nearest != own:
             owner[i] = nearest
-            changed[own] = changed[nearest] = moved = True
+            if own >= 0:
+                walls[own, 5] -= 1
+                changed[own] = True
+            walls[nearest, 5] += 1
+            changed[nearest] = moved = True
     return moved

@@ -17,7 +17,8 @@ Cut = tuple[int, int, float]  # min_points of a wall, max_missed and max_gap of 
 FREE = -1  # owner of a point that nothing has explained yet
 ROUND = -2  # owner of a point on a round object
 FLATNESS = 0.01  # [m]; real walls, and a real sensor's view of them, are no flatter than that
-GRAZING = 0.06  # cos(incidence) under which a few points are a jump edge rather than a wall
+FEW = 12
+GRAZING = 0.06  # cos(incidence) under which so few points are a jump edge rather than a wall
 FLAT_RADIUS = 1.0  # [m]; what bends less is a wall, if no perfect one
 CURVED = 4.0  # standard deviations at which a quadratic term is no chance
 
@@ -47,8 +48,11 @@ def keep_wall(row: FloatArray, fit: Fit, points: int) -> None:
 @helper
 def is_wall(
     x: FloatArray, y: FloatArray, members: IntArray, fit: Fit, sigma: float
-) -> tuple[bool, float]:
-    """Tell whether points and their fit are what a flat wall would give; also their noise."""
+) -> tuple[bool, float, float]:
+    """Tell whether points and their fit are what a flat wall would give.
+
+    Also returns the variance of their range noise and the largest distance from the line.
+    """
     theta, d = fit[0], fit[1]
     c = math.cos(theta)
     s = math.sin(theta)
@@ -57,7 +61,7 @@ def is_wall(
     for i in members:
         centre += y[i] * c - x[i] * s
     centre /= n
-    t2 = t3 = t4 = e0 = e1 = e2 = ee = cosine = noise = 0.0
+    t2 = t3 = t4 = e0 = e1 = e2 = ee = cosine = noise = worst = 0.0
     for i in members:
         normal = x[i] * c + y[i] * s
         along = y[i] * c - x[i] * s - centre
@@ -70,20 +74,22 @@ def is_wall(
         e1 += error * along
         e2 += error * square
         ee += error * error
-        incidence = abs(normal) / math.sqrt(x[i] * x[i] + y[i] * y[i])
-        cosine += incidence
-        noise += incidence * incidence + INCIDENCE_FLOOR
+        worst = max(worst, abs(error))
+        incidence = normal * normal / (x[i] * x[i] + y[i] * y[i])  # its squared cosine
+        if n < FEW:
+            cosine += math.sqrt(incidence)
+        noise += incidence + INCIDENCE_FLOOR
     residual = ee / max(n - 2, 1)
-    if residual > max(2.0 * sigma, FLATNESS) ** 2 or (cosine < GRAZING * n and n < 12):
-        return False, 0.0
+    if residual > max(2.0 * sigma, FLATNESS) ** 2 or (n < FEW and cosine < GRAZING * n):
+        return False, 0.0, worst
     # The quadratic term that is left once constant and slope are taken out of along^2.
     skew = t3 / t2
     quadratic = t4 - skew * t3 - t2 * t2 / n
     if quadratic > 0.0:
         bend = (e2 - skew * e1 - t2 * e0 / n) / quadratic
         if abs(bend) * math.sqrt(quadratic) > CURVED * sigma and abs(bend) > 0.5 / FLAT_RADIUS:
-            return False, 0.0
-    return True, residual * n / noise
+            return False, 0.0, worst
+    return True, residual * n / noise, worst
 
 
 @helper

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from laserfeatures.data import LaserScan, LineSegments
-from laserfeatures.geometry.settle import check_walls, line_segments
+from laserfeatures.geometry.settle import check_gap, check_walls, line_segments
 from laserfeatures_plugins.direct_hough.accumulator import (
     Accumulator,
     accumulate,
@@ -55,7 +55,8 @@ class DirectHough:
     Raises
     ------
     ValueError
-        If a parameter is out of its range.
+        If a parameter is out of its range; at a scan, if `max_gap` is less than the way from beam
+        to beam.
 
     Notes
     -----
@@ -91,6 +92,7 @@ class DirectHough:
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
+        check_gap(scan, self.max_gap)
         limits = (scan.range_min, scan.range_max)
         return line_segments(extract(scan.directions, scan.ranges, limits, *self._arguments))
 
