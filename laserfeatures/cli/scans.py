@@ -45,6 +45,20 @@ _OPTIONS = (
         metavar="ANGLE",
         help="From the first to the last beam, such as 180deg, for a log that does not tell.",
     ),
+    click.option(
+        "--slice",
+        "slice_band",
+        type=values.Pair("m", ".."),
+        metavar="LOW..HIGH",
+        help="Heights of a point cloud to scan, such as 0.3m..0.5m.",
+    ),
+    click.option(
+        "--origin",
+        "slice_origin",
+        type=values.Pair("m", ","),
+        metavar="X,Y",
+        help="Where the scanner stands in a point cloud, such as 2m,1.5m; else at 0,0.",
+    ),
 )
 
 

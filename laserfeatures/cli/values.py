@@ -1,4 +1,4 @@
-"""Values as people type them: numbers with units, pairs, names."""
+"""Values as people type them: numbers with units, pairs, intervals, names."""
 
 import math
 import re
@@ -90,6 +90,29 @@ class Quantity(click.ParamType[float]):
             return float(_parse_number(str(value), float, self.unit))
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+
+class Pair(click.ParamType[tuple[float, float]]):
+    """An option's type: two numbers, each as of `Quantity`, with `between` between them."""
+
+    def __init__(self, unit: str, between: str) -> None:
+        self.unit = unit
+        self.between = between
+        self.name = f"two of {UNITS[unit][0]}"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, float]:
+        """Return both numbers in the SI unit."""
+        ends = str(value).split(self.between)
+        if len(ends) != 2:
+            example = f"0.3{self.unit}{self.between}0.5{self.unit}"
+            self.fail(f"must be two numbers as in {example}, got {value!r}", param, ctx)
+        try:
+            first, second = (float(_parse_number(end.strip(), float, self.unit)) for end in ends)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        return first, second
 
 
 def _parse_union(text: str, kinds: tuple[Any, ...], unit: str | None) -> object:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from laserfeatures.errors import SourceError
+from laserfeatures.point_clouds import is_point_cloud
 from laserfeatures.registry import near_names
 from laserfeatures.sources.breezy import is_breezy, read_breezy
 from laserfeatures.sources.brenner import is_brenner, read_brenner, scan_files
@@ -13,6 +14,7 @@ from laserfeatures.sources.files import is_gzip, read_head
 from laserfeatures.sources.gfs import is_gfs, read_gfs
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.npz import read_npz
+from laserfeatures.sources.point_cloud import read_cloud
 from laserfeatures.sources.rosbag import MAGIC, read_bag
 from laserfeatures.sources.rplidar import is_rplidar, read_rplidar
 from laserfeatures.sources.table import WANTED, is_table, read_table
@@ -20,11 +22,12 @@ from laserfeatures.sources.urg_csv import is_urg_csv, read_urg_csv
 
 
 class Format(NamedTuple):
-    """How a format is told and read, and which options it takes besides `on_error`."""
+    """How a format is told and read, which options it takes besides `on_error`, and if gzipped."""
 
     is_it: Callable[[bytes], bool]
     read: Callable[[Log], Scans]
     options: tuple[str, ...] = ("range_max",)
+    gzip: bool = True
 
 
 def _starts(magic: bytes) -> Callable[[bytes], bool]:
@@ -33,10 +36,12 @@ def _starts(magic: bytes) -> Callable[[bytes], bool]:
 
 SICK = ("range_max", "field_of_view")
 BAG = ("range_max", "topic")
+CLOUD = ("range_max", "slice_band", "slice_origin")
 FORMATS = {  # in the order in which they are tried: the unmistakable ones first
-    "rosbag1": Format(_starts(MAGIC[".bag"]), read_bag, BAG),
-    "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG),
-    "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG),
+    "rosbag1": Format(_starts(MAGIC[".bag"]), read_bag, BAG, gzip=False),
+    "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG, gzip=False),
+    "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG, gzip=False),
+    "point_cloud": Format(is_point_cloud, read_cloud, CLOUD, gzip=False),
     "npz": Format(_starts(b"PK"), read_npz),
     "gfs": Format(is_gfs, read_gfs, SICK),
     "carmen": Format(is_carmen, read_carmen, SICK),
@@ -72,8 +77,10 @@ def find_format(path: Path, name: str | None) -> str:
             f"with {head[:24]!r}; name its format with format= (--format), or write a table with "
             f"the header {WANTED}"
         )
-    if FORMATS[found].read is read_bag and is_gzip(path):
-        raise SourceError(f"{path}: expected a bag that is not packed, got gzip; gunzip it first")
+    if not FORMATS[found].gzip and is_gzip(path):
+        raise SourceError(
+            f"{path}: expected a {found} file that is not packed, got gzip; gunzip it first"
+        )
     return found
 
 

@@ -32,6 +32,10 @@ class Log:
         Overrides the sensor's limit [m].
     field_of_view : float or None
         Angle from the first to the last beam [rad], where the format does not say.
+    slice_band : (float, float) or None
+        Lowest and highest z [m] of the points of a cloud that make its scan.
+    slice_origin : (float, float) or None
+        Where in a cloud the scanner stands [m].
     poses : {"none", "odometry", "corrected"}
         What the scans' poses are; a reader sets it before its first scan.
     skipped : int
@@ -45,6 +49,8 @@ class Log:
     topic: str | None = None
     range_max: float | None = None
     field_of_view: float | None = None
+    slice_band: tuple[float, float] | None = None
+    slice_origin: tuple[float, float] | None = None
     poses: Poses = field(default="none", init=False)
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)

@@ -95,8 +95,10 @@ def open_source(
     topic: str | None = None,
     range_max: float | None = None,
     field_of_view: float | None = None,
+    slice_band: tuple[float, float] | None = None,
+    slice_origin: tuple[float, float] | None = None,
 ) -> Source:
-    r"""Open a log, table or bag of laser scans.
+    r"""Open a log, table or bag of laser scans, or a point cloud.
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def open_source(
         A file, gzip or not, or the folder of a ROS 2 bag.
     format : str, optional
         "carmen", "gfs", "breezyslam", "brenner", "urg_csv", "rplidar", "csv", "npz", "rosbag1",
-        "rosbag2" or "mcap"; told by the content if left out.
+        "rosbag2", "mcap" or "point_cloud"; told by the content if left out.
     on_error : {"raise", "skip"}
         What to do about a broken record: stop, or leave it out and count it in `Source.skipped`.
     topic : str, optional
@@ -114,6 +116,10 @@ def open_source(
     field_of_view : float, optional
         Angle from the first to the last beam [rad], symmetric about the front, for the logs that
         do not say (carmen, gfs).
+    slice_band : (float, float), optional
+        The heights ``low <= z < high`` [m] of a point cloud to scan; needed for one.
+    slice_origin : (float, float), optional
+        Where in a point cloud the scanner stands [m], looking along x; its own origin if left out.
 
     Returns
     -------
@@ -126,7 +132,7 @@ def open_source(
         If the file is missing, empty, of no known format, or holds no scan; and, here or from the
         iterator, if a record is broken.
     MissingDependencyError
-        If a bag is to be read and rosbags is not installed.
+        If a bag is to be read and rosbags is not installed, or a point cloud and Open3D is not.
     ValueError
         If an option makes no sense, or is none of this format's.
 
@@ -150,9 +156,12 @@ def open_source(
         raise ValueError(f"range_max must be > 0 m, got {range_max!r}")
     if field_of_view is not None and not 0 < field_of_view <= 2 * math.pi:
         raise ValueError(f"field_of_view must be in (0, 2 pi] rad, got {field_of_view!r}")
-    log = Log(Path(name), on_error, topic, range_max, field_of_view)
+    if slice_band is not None and not slice_band[0] < slice_band[1]:
+        low, high = slice_band
+        raise ValueError(f"slice_band must be low < high [m], got {low!r} and {high!r}")
+    log = Log(Path(name), on_error, topic, range_max, field_of_view, slice_band, slice_origin)
     found = find_format(log.path, format)
-    for option in ("topic", "field_of_view"):
+    for option in ("topic", "field_of_view", "slice_band", "slice_origin"):
         if getattr(log, option) is not None and option not in FORMATS[found].options:
             raise ValueError(f"{name}: {option} does not apply to the format {found!r}")
     return Source(log, found)
