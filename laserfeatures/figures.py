@@ -152,7 +152,9 @@ def removed_lines(extractor: "Pipeline", features: Features) -> FloatArray:
     return removed
 
 
-def draw_scan(axes: "Axes", features: Features, *, removed: FloatArray) -> None:
+def draw_scan(
+    axes: "Axes", features: Features, *, removed: FloatArray, limits: FloatArray | None = None
+) -> None:
     """Draw a scan and its features in the sensor's frame.
 
     Parameters
@@ -163,9 +165,11 @@ def draw_scan(axes: "Axes", features: Features, *, removed: FloatArray) -> None:
         What was found in the scan.
     removed : (R, 2) array
         (theta, d) [rad, m] of lines that the filter removed.
+    limits : (2, 2) array, optional
+        Lowest and highest x and y to show [m], instead of all points.
     """
     points, corners = features.scan.points, features.corners
-    low, high = _limits(points)
+    low, high = _limits(points) if limits is None else limits
     dashed = (0, (4, 3))
     _draw_lines(axes, removed, color=REMOVED, linestyle=dashed, label="removed lines", zorder=1)
     _draw_lines(axes, _parameters(features.lines), color=BLUE, label="kept lines", zorder=2)

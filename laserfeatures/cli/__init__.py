@@ -3,6 +3,7 @@
 import click
 
 import laserfeatures as lf
+from laserfeatures.cli.compare import compare
 from laserfeatures.cli.demo import demo
 from laserfeatures.cli.extract import extract
 from laserfeatures.cli.extractors import extractors
@@ -24,6 +25,7 @@ def main() -> None:
       laserfeatures info run.log.gz                      what a log holds
       laserfeatures plot run.log.gz --scan 0 -o s.png    see what is found
       laserfeatures extract run.log.gz -o out.jsonl      get it, scan by scan
+      laserfeatures compare run.log.gz -o report.html    see which extractor suits it
 
     \b
     Completion of commands, options, extractors and parameters: a line for the shell's start file.
@@ -33,5 +35,5 @@ def main() -> None:
     """  # noqa: D301 - click's mark for lines to keep is a backspace
 
 
-for command in (demo, extract, extractors, info, plot):
+for command in (compare, demo, extract, extractors, info, plot):
     main.add_command(command)
