@@ -63,7 +63,9 @@ def test_corners_that_are_found_without_lines_are_the_result():
 @pytest.mark.parametrize("returned", [None, [], WALLS.lines, "segments"])
 def test_a_detector_that_returns_no_segments_is_named(returned):
     pipeline = Pipeline(name="odd", detector=lambda _: returned)
-    message = f"extractor 'odd' must return LineSegments or PointFeatures, got {type(returned).__name__}"
+    message = (
+        f"extractor 'odd' must return LineSegments or PointFeatures, got {type(returned).__name__}"
+    )
     with pytest.raises(PluginError, match=message):
         pipeline(SCAN)
 
