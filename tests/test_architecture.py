@@ -109,7 +109,7 @@ def test_no_modules_import_each_other_in_a_circle():
 
 def is_kernel(function):
     decorators = [ast.unparse(decorator) for decorator in function.decorator_list]
-    return any(d.startswith(("njit", "kernel", "helper")) for d in decorators)
+    return any(d.startswith(("njit", "kernel", "helper", "inlined")) for d in decorators)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -7,7 +7,7 @@ What a detector of walls needs besides its own search is here too: `settle.free_
 the table of `walls` that it fills, `settle.settle` and `settle.line_segments` after it.
 """
 
-from laserfeatures.geometry.compiled import helper, kernel
+from laserfeatures.geometry.compiled import helper, inlined, kernel
 from laserfeatures.geometry.fit import INCIDENCE_FLOOR, Fit, fit_line
 from laserfeatures.geometry.points import returns
 from laserfeatures.geometry.segments import Segments, cut_segments, is_gap
@@ -19,6 +19,7 @@ __all__ = [
     "cut_segments",
     "fit_line",
     "helper",
+    "inlined",
     "is_gap",
     "kernel",
     "returns",

@@ -10,3 +10,8 @@ kernel = njit(cache=True, error_model="numpy")
 helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
     error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
+# A helper's code is optimised again in each that calls it, through all levels. What only strings
+# helpers together is therefore put into its callers before anything is compiled.
+inlined = njit(  # type: ignore[call-overload] # as above
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, inline="always"
+)

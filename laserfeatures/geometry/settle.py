@@ -7,7 +7,7 @@ import numpy as np
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.data import LaserScan, Lines, LineSegments
 from laserfeatures.geometry.arcs import set_arcs_aside
-from laserfeatures.geometry.compiled import helper
+from laserfeatures.geometry.compiled import inlined
 from laserfeatures.geometry.noise import estimate_sigma
 from laserfeatures.geometry.points import returns
 from laserfeatures.geometry.segments import MAX_GROWTH, Segments, cut_segments
@@ -66,7 +66,7 @@ def check_gap(scan: LaserScan, max_gap: float) -> None:
         )
 
 
-@helper
+@inlined
 def free_points(
     directions: FloatArray,
     ranges: FloatArray,
@@ -92,7 +92,7 @@ def free_points(
     return x, y, beam, owner, sigma
 
 
-@helper
+@inlined
 def settle(
     x: FloatArray,
     y: FloatArray,
@@ -117,7 +117,7 @@ def settle(
     return pack(theta, d, support, covariance, segments)
 
 
-@helper
+@inlined
 def pack(
     theta: FloatArray,
     d: FloatArray,
@@ -134,14 +134,19 @@ def pack(
         numbers[k] = theta[k]
         numbers[lines + k] = d[k]
         numbers[2 * lines + k] = support[k]
-        for e in range(4):
-            numbers[3 * lines + 4 * k + e] = covariance[k, e // 2, e % 2]
-    rest = numbers[7 * lines :]
+        at = 3 * lines + 4 * k
+        numbers[at] = covariance[k, 0, 0]
+        numbers[at + 1] = numbers[at + 2] = covariance[k, 0, 1]
+        numbers[at + 3] = covariance[k, 1, 1]
     for j in range(count):
-        rest[j] = points_on[j]
-        rest[count + j] = rms[j]
-        for e in range(4):
-            rest[2 * count + 4 * j + e] = endpoints[j, e // 2, e % 2]
+        at = 7 * lines + j
+        numbers[at] = points_on[j]
+        numbers[at + count] = rms[j]
+        at += 2 * count + 3 * j
+        numbers[at] = endpoints[j, 0, 0]
+        numbers[at + 1] = endpoints[j, 0, 1]
+        numbers[at + 2] = endpoints[j, 1, 0]
+        numbers[at + 3] = endpoints[j, 1, 1]
     return numbers, line, points
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry.compiled import helper
+from laserfeatures.geometry.compiled import helper, inlined
 from laserfeatures.geometry.fit import fit_line, off_line
 from laserfeatures.geometry.walls import FREE, gather, is_wall, keep_wall, members_of
 
@@ -37,7 +37,7 @@ def middle_off(a: FloatArray, b: FloatArray) -> float:
     return abs(x * math.cos(b[0]) + y * math.sin(b[0]) - b[1])
 
 
-@helper
+@inlined
 def merge_pieces(
     x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, sigma: float
 ) -> None:
@@ -62,7 +62,7 @@ def merge_pieces(
                 walls[b, 5] = 0
 
 
-@helper
+@inlined
 def share_points(
     x: FloatArray,
     y: FloatArray,
@@ -80,10 +80,9 @@ def share_points(
     """
     changed = np.empty(walls.shape[0], np.bool_)
     for round_ in range(ROUNDS):
-        first_fit = refit and round_ == 0
         for k in range(walls.shape[0]):
-            changed[k] = first_fit
-        if not give_to_nearest(x, y, owner, walls, gate, changed) and not first_fit:
+            changed[k] = refit and round_ == 0
+        if not give_to_nearest(x, y, owner, walls, gate, changed) and round_ > 0:
             break
         line, member = members_of(owner, walls, min_points)
         first = 0
@@ -94,9 +93,7 @@ def share_points(
                     fit = fit_line(x, y, member[first : first + count], walls[k, 0])
                     keep_wall(walls[k], fit, count)
                 first += count
-        if round_ == ROUNDS - 1:
-            return line, member
-    return members_of(owner, walls, min_points)
+    return line, member
 
 
 @helper

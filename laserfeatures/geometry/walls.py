@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry.compiled import helper
+from laserfeatures.geometry.compiled import helper, inlined
 from laserfeatures.geometry.fit import INCIDENCE_FLOOR, Fit
 
 Cut = tuple[int, int, float]  # min_points of a wall, max_missed and max_gap of its segments
@@ -92,7 +92,7 @@ def is_wall(
     return True, residual * n / noise, worst
 
 
-@helper
+@inlined
 def lines_of(
     walls: FloatArray, min_points: int, sigma: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

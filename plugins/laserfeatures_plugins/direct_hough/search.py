@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import helper, kernel
+from laserfeatures.geometry import helper, inlined, kernel
 from laserfeatures.geometry.growth import find_wall
 from laserfeatures.geometry.noise import MIN_SIGMA
 from laserfeatures.geometry.settle import Found, free_points, settle
@@ -49,7 +49,7 @@ def extract(
     return settle(x, y, beam, ranges.size, owner, walls, noise, 0.0, False, cut)
 
 
-@helper
+@inlined
 def search(
     x: FloatArray,
     y: FloatArray,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import helper, kernel
+from laserfeatures.geometry import helper, inlined, kernel
 from laserfeatures.geometry.growth import find_wall, gate_of
 from laserfeatures.geometry.noise import MIN_SIGMA
 from laserfeatures.geometry.settle import Found, free_points, settle
@@ -39,7 +39,7 @@ def extract(
     return settle(x, y, beam, ranges.size, owner, walls, noise, gate, False, cut)
 
 
-@helper
+@inlined
 def search(
     x: FloatArray,
     y: FloatArray,

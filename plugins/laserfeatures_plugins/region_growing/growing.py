@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import Fit, fit_line, helper, is_gap, kernel
+from laserfeatures.geometry import Fit, fit_line, helper, inlined, is_gap, kernel
 from laserfeatures.geometry.fit import direction, line_of_sums
 from laserfeatures.geometry.growth import gate_of
 from laserfeatures.geometry.noise import MIN_SIGMA
@@ -34,7 +34,7 @@ def extract(
     return settle(x, y, beam, ranges.size, owner, walls, sigma or seen, gate_of(noise), True, cut)
 
 
-@helper
+@inlined
 def search(
     x: FloatArray, y: FloatArray, beam: IntArray, owner: IntArray, sigma: float, cut: Cut
 ) -> tuple[FloatArray, float]:

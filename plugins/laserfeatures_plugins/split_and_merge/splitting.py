@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import Fit, helper, kernel
+from laserfeatures.geometry import Fit, helper, inlined, kernel
 from laserfeatures.geometry.fit import fit_unweighted
 from laserfeatures.geometry.growth import SIGMAS, gate_of
 from laserfeatures.geometry.noise import MIN_SIGMA
@@ -36,7 +36,7 @@ def extract(
     return settle(x, y, beam, ranges.size, owner, walls, sigma or seen, gate_of(noise), True, cut)
 
 
-@helper
+@inlined
 def search(
     x: FloatArray,
     y: FloatArray,
@@ -48,7 +48,7 @@ def search(
 ) -> tuple[FloatArray, float]:
     """Split each chain of points into walls; fill `owner`. Returns them and the noise they show."""
     least = cut[0] - 1  # one more may come when points are shared out
-    walls = np.empty((x.size // least + 1, 6))
+    walls = np.empty((x.size // (least - 1) + 1, 6))  # pieces share their ends
     chain = np.empty(x.size, np.int64)
     count = 0
     squares = np.zeros(2)
@@ -197,8 +197,8 @@ def farthest(x: FloatArray, y: FloatArray, chain: IntArray, a: int, b: int) -> t
     ux = x[chain[b]] - x[i]
     uy = y[chain[b]] - y[i]
     length = math.sqrt(ux * ux + uy * uy)
-    if length == 0.0:
-        return a, 0.0
+    if length == 0.0:  # a full turn that ends where it began
+        return (a + b) // 2, 0.0
     most = -1.0
     place = a
     for m in range(a + 1, b):
