@@ -38,8 +38,11 @@ class Case:
     junctions: np.ndarray
 
 
-def room_cases(scanner, *, noises=1):
-    """Return scans of the known room from each pose, `noises` times each, with shared angles."""
+def room_cases(scanner, *, noises=1, outliers=0.0):
+    """Return scans of the known room from each pose, `noises` times each, with shared angles.
+
+    `outliers` is the share of the beams that show nothing true; no two neighbours do.
+    """
     world, poses = plain_room()
     angles = scanner.angles
     angles.flags.writeable = False
@@ -47,7 +50,7 @@ def room_cases(scanner, *, noises=1):
     for seed in range(noises):
         for number, pose in enumerate(poses):
             rng = np.random.default_rng((seed, number, scanner.beams))
-            scan, truth = truths.sense(world, scanner, pose, rng)
+            scan, truth = truths.sense(world, scanner, pose, rng, outliers=outliers, isolated=True)
             scan = lf.LaserScan(angles=angles, ranges=scan.ranges, range_max=scan.range_max)
             cases.append(Case(scan, truth, truths.junctions(world, scanner, pose)))
     return cases
@@ -81,9 +84,9 @@ def peer_call(scan, reach, theta_step=THETA_STEP):
 
 
 def peer_lines(found):
-    """Return votes, d [m] and theta [rad] of what the peer's call returned; strongest first."""
+    """Return theta [rad] and d [m] of what the peer's call returned; strongest first."""
     lines = np.empty((0, 3)) if found is None else np.asarray(found).reshape(-1, 3)
-    return lines[:, 0], lines[:, 1], lines[:, 2]
+    return lines[:, 2], lines[:, 1]
 
 
 def faults(features, case):
@@ -99,19 +102,23 @@ def faults(features, case):
             wrong.append(f"wall {k} of {(truth.beams == k).sum()} beams found {right.sum()} times")
     if len(found) != truth.theta.size:
         wrong.append(f"{len(found)} lines for {truth.theta.size} walls")
-    for corner in case.junctions:
-        gaps = np.hypot(*(features.corners.positions - corner).T)
-        if not (gaps < CORNER_LIMIT).any():
-            wrong.append(f"corner {corner.round(2).tolist()} off by {gaps.min(initial=9):.3f} m")
+    for corner, gap in zip(case.junctions, nearest(case.junctions, features.corners), strict=True):
+        if gap >= CORNER_LIMIT:
+            wrong.append(f"corner {corner.round(2).tolist()} off by {gap:.3f} m")
     return wrong
 
 
-def peer_walls(found, truth, theta_step=THETA_STEP):
-    """Return how many of the walls the peer found, and how many of its lines repeat one.
+def nearest(places, corners):
+    """Return the distance of each of `places` (P, 2) to the nearest corner [m], (P,)."""
+    gaps = np.hypot(*(places[:, None] - corners.positions[None]).transpose(2, 0, 1))
+    return gaps.min(axis=1, initial=np.inf)
+
+
+def walls_met(theta, d, truth, theta_step=THETA_STEP):
+    """Return how many of the walls some lines meet, and how many of the lines repeat one.
 
     A line belongs to the wall that it is within two bins of; the rest is neither.
     """
-    _, d, theta = peer_lines(found)
     hits = np.zeros(truth.theta.size, dtype=int)
     for line in zip(theta, d, strict=True):
         turn, shift = truths.difference(truth.theta, truth.d, *line)
@@ -148,15 +155,25 @@ def interleaved(makers, repeats, *, block=10):
 def contenders(extractor, cases, reaches, theta_step=THETA_STEP):
     """Return makers for `interleaved`: ours, then the peer with each function of `reaches`."""
 
+    def peer(reach):
+        return in_turn([peer_call(case.scan, reach(case.scan), theta_step) for case in cases])
+
+    return [whole_call(extractor, cases), *(peer(reach) for reach in reaches)]
+
+
+def whole_call(extractor, cases):
+    """Return a maker for `interleaved`: the extractor on each scan, of which nothing is known."""
+
     def ours(k):
         scan = fresh(cases[k % len(cases)].scan)
         return lambda: extractor(scan)
 
-    def peer(reach):
-        calls = [peer_call(case.scan, reach(case.scan), theta_step) for case in cases]
-        return lambda k: calls[k % len(calls)]
+    return ours
 
-    return [ours, *(peer(reach) for reach in reaches)]
+
+def in_turn(calls):
+    """Return a maker for `interleaved` of calls that are ready."""
+    return lambda k: calls[k % len(calls)]
 
 
 def sensor_range(scan):

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+NONE = "\N{EN DASH}"  # what does not apply
+
 
 @dataclass(frozen=True)
 class Options:

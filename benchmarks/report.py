@@ -1,4 +1,4 @@
-"""Measure everything and write docs/benchmarks.md with its pictures.
+"""Measure everything; write docs/benchmarks.md with its pictures, and docs/extractors.md's figures.
 
 Run ``python benchmarks/report.py``; it takes some minutes. ``--quick`` repeats a tenth as often,
 ``--data`` says where the recordings are (../shared/data), ``--docs`` where the report goes. It
@@ -12,11 +12,12 @@ import shutil
 import sys
 import tempfile
 import textwrap
+import time
 from importlib.metadata import version
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("numpy", "numba", "opencv-python-headless", "scipy")
+PACKAGES = ("numpy", "numba", "opencv-python-headless", "scikit-image", "scipy")
 
 HEAD = """# Benchmarks
 
@@ -25,7 +26,7 @@ Every figure here was measured by one run of `python benchmarks/report.py`{quick
 ratios are of times measured in turns in one process. `python -m pytest benchmarks/test_speed.py`
 measures the speed alone.
 
-Defaults: `{extractor}`."""
+Defaults: {detectors}; `{stages}`."""
 
 
 def main():
@@ -50,17 +51,21 @@ def write(arguments):
     # The sections bring numba, which reads the cache's place when it is imported.
     import accuracy  # noqa: PLC0415
     import arena  # noqa: PLC0415
+    import extractors_page  # noqa: PLC0415
     import memory  # noqa: PLC0415
     import real_logs  # noqa: PLC0415
     import speed  # noqa: PLC0415
+    import speed_all  # noqa: PLC0415
     import start  # noqa: PLC0415
     from page import Options  # noqa: PLC0415
 
     options = Options(arguments.data.resolve(), arguments.docs, arguments.quick)
     paragraphs = [head(arguments.quick)]
-    for part in (speed, start, memory, real_logs, arena, accuracy):
-        print(f"{part.__name__} ...", file=sys.stderr)
+    parts = (speed, speed_all, start, memory, real_logs, arena, accuracy, extractors_page)
+    for part in parts:
+        start = time.perf_counter()
         paragraphs += part.section(options)
+        print(f"{part.__name__}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
     report = arguments.docs / "benchmarks.md"
     report.write_text("\n\n".join(map(wrapped, paragraphs)) + "\n")
     print(f"wrote {report}")
@@ -80,13 +85,15 @@ def head(quick):
     """Say what was run, and on what."""
     import laserfeatures as lf  # noqa: PLC0415 - as in write
 
+    extractors = [lf.get_extractor(name) for name in lf.list_extractors()]
     return HEAD.format(
         quick=" --quick" * quick,
         processor=processor(),
         cores=os.cpu_count(),
         python=platform.python_version(),
         packages=", ".join(f"{name} {version(name)}" for name in PACKAGES),
-        extractor=lf.get_extractor("direct_hough"),
+        detectors=", ".join(f"`{each.detector!r}`" for each in extractors),
+        stages=f"{extractors[0].segment_filter!r}`, `{extractors[0].intersections!r}",
     )
 
 

@@ -42,7 +42,7 @@ likewise: ratio of medians in each room."""
 def section(options):
     """Return the section's paragraphs."""
     extractor = lf.get_extractor("direct_hough")
-    repeats = options.repeats(2000)
+    repeats = options.repeats(1000)
     known, met = _known_room(extractor, repeats)
     return [
         "## Speed",
@@ -115,9 +115,10 @@ def _known_room(extractor, repeats):
 
 def _peer_walls(cases):
     walls = sum(case.truth.theta.size for case in cases)
+    calls = [contest.peer_call(case.scan, case.scan.range_max) for case in cases]
     counts = [
-        contest.peer_walls(contest.peer_call(case.scan, case.scan.range_max)(), case.truth)
-        for case in cases
+        contest.walls_met(*contest.peer_lines(call()), case.truth)
+        for call, case in zip(calls, cases, strict=True)
     ]
     found, again = np.sum(counts, axis=0)
     return f"{percent(found / walls)}, {percent(again / (contest.LINES_MAX * len(cases)))}"

@@ -28,15 +28,19 @@ class Truth:
         return cross_all(self.theta, self.d)
 
 
-def sense(world: World, scanner: Scanner, pose: Pose2D, rng, *, outliers: float = 0.0):
+def sense(world: World, scanner: Scanner, pose: Pose2D, rng, *, outliers=0.0, isolated=False):
     """Return a noisy scan and its truth; `outliers` is the share of beams that show nothing true.
 
-    A wall with fewer than four true beams does not count; collinear walls are one line.
+    They fall anywhere, or if `isolated`, exactly that share is spread so that no two are
+    neighbours. A wall with fewer than four true beams does not count; collinear walls are one line.
     """
     _, wall = scanner.cast(world, pose)
     scan = scanner.scan(world, pose, rng)
     ranges = scan.ranges.copy()
-    false = rng.random(scanner.beams) < outliers
+    if isolated:
+        false = _apart(rng, scanner.beams, round(outliers * scanner.beams))
+    else:
+        false = rng.random(scanner.beams) < outliers
     ranges[false] = rng.uniform(0.3, scanner.range_max, false.sum())
     ranges.flags.writeable = False
     scan = LaserScan(angles=scan.angles, ranges=ranges, range_max=scanner.range_max)
@@ -55,7 +59,7 @@ def junctions(world: World, scanner: Scanner, pose: Pose2D):
     Both walls must have four beams; these are the corners that a person sees in the scan.
     """
     _, wall = scanner.cast(world, pose)
-    ends = _to_sensor(world, pose)
+    ends = in_sensor_frame(world, pose)
     seen = []
     for a, b in {(int(a), int(b)) for a, b in pairwise(wall) if a != b}:
         if min(a, b) < 0 or min((wall == a).sum(), (wall == b).sum()) < MIN_BEAMS:
@@ -132,13 +136,22 @@ def corners(crossings):
     return points[np.isfinite(points[:, 0])]
 
 
-def _to_sensor(world: World, pose: Pose2D):
+def _apart(rng, beams, count):
+    """Return which beams are chosen: `count` of them, no two neighbours, all choices as likely."""
+    gaps_left = np.sort(rng.choice(beams - count + 1, count, replace=False))
+    chosen = np.zeros(beams, bool)
+    chosen[gaps_left + np.arange(count)] = True
+    return chosen
+
+
+def in_sensor_frame(world: World, pose: Pose2D):
+    """Return the ends of all walls as the sensor sees them, (W, 2, 2)."""
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     return (world.walls - (pose.x, pose.y)) @ np.array([[c, -s], [s, c]])
 
 
 def _walls_as_lines(world: World, pose: Pose2D):
-    for start, end in _to_sensor(world, pose):
+    for start, end in in_sensor_frame(world, pose):
         normal = math.atan2(end[0] - start[0], start[1] - end[1])
         yield normalised(normal, start[0] * math.cos(normal) + start[1] * math.sin(normal))
 

@@ -75,6 +75,4 @@ class Pipeline:
                 f"got {type(detected).__name__}"
             )
         segments = self.segment_filter(detected)
-        return Features.trusted(
-            scan=scan, segments=segments, corners=self.intersections(segments)
-        )
+        return Features.trusted(scan=scan, segments=segments, corners=self.intersections(segments))

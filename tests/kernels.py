@@ -4,10 +4,13 @@ from functools import cache
 
 import numpy as np
 from laserfeatures_plugins.direct_hough import search, voting
+from laserfeatures_plugins.ransac import sampling
+from laserfeatures_plugins.region_growing import growing
+from laserfeatures_plugins.split_and_merge import splitting
 from numba import njit
 
 from laserfeatures import geometry
-from laserfeatures.geometry import arcs, fit, growth, noise, sharing, walls
+from laserfeatures.geometry import arcs, fit, growth, noise, settle, sharing, walls
 
 
 @cache
@@ -77,9 +80,9 @@ def fresh_epoch(votes, epoch, voters):
     return _compiled(search.fresh_epoch)(votes, epoch, voters)
 
 
-def estimate_sigma(points, chords=50):
+def estimate_sigma(points):
     """Return the noise [m]."""
-    return _compiled(noise.estimate_sigma)(*_xy(points), chords)
+    return _compiled(noise.estimate_sigma)(*_xy(points))
 
 
 def grow(points, beams, free, seed, line, gate, *gaps):
@@ -161,3 +164,129 @@ def may_be_one(a, b, sigma):
     """Tell whether two walls may be one; a wall is (theta, d, var_theta, its middle along it)."""
     rows = [np.array([w[0], w[1], w[2], w[3] * w[2], 1.0, 9.0]) for w in (a, b)]
     return _compiled(sharing.may_be_one)(*rows, sigma)
+
+
+def major_axis(scatter):
+    """Return the unit vector of a scatter matrix's major axis and the scatter along it."""
+    return _compiled(fit.direction)(scatter[0, 0], scatter[0, 1], scatter[1, 1])
+
+
+def fit_unweighted(points, members):
+    """Return (theta, d, var_theta, cov_theta_d, var_d), the variances for a noise of 1 m."""
+    return _compiled(fit.fit_unweighted)(*_xy(points), members)
+
+
+def line_of_sums(points, origin):
+    """Return the unweighted fit from sums relative to any origin."""
+    dx, dy = _xy(points - origin)
+    sums = dx.sum(), dy.sum(), (dx * dx).sum(), (dx * dy).sum(), (dy * dy).sum()
+    return _compiled(fit.line_of_sums)(*origin, len(points), *sums)
+
+
+def gate_of(sigma):
+    """Return the largest distance of an inlier [m]."""
+    return _compiled(growth.gate_of)(sigma)
+
+
+def median(values):
+    """Return the upper median."""
+    return _compiled(noise.median)(values)
+
+
+def pack(theta, d, support, covariance, segments):
+    """Return the numbers, the line of each segment and the beams it holds."""
+    return _compiled(settle.pack)(theta, d, support, covariance, segments)
+
+
+def next_free(beams, free, i, last_beam):
+    """Return the free point after point i, or -1."""
+    return _compiled(growing.next_free)(beams, _owner(free), i, last_beam)
+
+
+def grow_region(points, beams, free, seed, partner, gate, *gaps):
+    """Return the members of a region and their line."""
+    members = np.empty(len(points), np.int64)
+    count, line = _compiled(growing.grow_region)(
+        *_xy(points), beams, _owner(free), seed, partner, gate, *gaps, members
+    )
+    return members[:count].tolist(), line
+
+
+def refine(points, members, line, gate, min_points):
+    """Return the members that are left and their line."""
+    members = np.array(members)
+    count, line = _compiled(growing.refine)(
+        *_xy(points), members, members.size, line, gate, min_points
+    )
+    return members[:count].tolist(), line
+
+
+def grown_walls(points, beams, free, sigma, cut):
+    """Return the owners after the search of `region_growing`, its walls and the noise."""
+    owner = np.where(free, walls.FREE, walls.ROUND)
+    found = _compiled(growing.search)(*_xy(points), beams, owner, sigma, cut)
+    return owner, *found
+
+
+def linked(points, i, j, sigma, min_incidence):
+    """Tell whether two points may be on one surface."""
+    grazing = np.cos(min_incidence), np.sin(min_incidence)
+    return _compiled(splitting.linked)(*_xy(points), i, j, sigma, grazing)
+
+
+def next_chain(points, beams, free, start, sigma, min_incidence, max_missed):
+    """Return the points of a chain and where the next one may start."""
+    chain = np.empty(len(points), np.int64)
+    grazing = np.cos(min_incidence), np.sin(min_incidence)
+    size, after = _compiled(splitting.next_chain)(
+        *_xy(points), beams, _owner(free), start, sigma, grazing, max_missed, chain
+    )
+    return chain[:size].tolist(), after
+
+
+def farthest(points, chain, a, b):
+    """Return the place in a chain that is farthest from its chord, and how far."""
+    return _compiled(splitting.farthest)(*_xy(points), np.array(chain), a, b)
+
+
+def is_spike(points, chain, a, b, m, off):
+    """Tell whether a place sticks out of a chain alone."""
+    return _compiled(splitting.is_spike)(*_xy(points), np.array(chain), a, b, m, off)
+
+
+def split(points, chain, sigma, gate, min_points):
+    """Return the owners after a chain was split, the walls and the sums of the noise."""
+    owner = _owner(np.ones(len(points), bool))
+    table, squares = np.empty((len(points), 6)), np.zeros(2)
+    count = _compiled(splitting.split)(
+        *_xy(points), np.array(chain), owner, sigma, gate, min_points, table, 0, squares
+    )
+    return owner, table[:count], squares
+
+
+def split_walls(points, beams, free, sigma, min_incidence, cut):
+    """Return the owners after the search of `split_and_merge`, its walls and the noise."""
+    owner = np.where(free, walls.FREE, walls.ROUND)
+    grazing = np.cos(min_incidence), np.sin(min_incidence)
+    found = _compiled(splitting.search)(*_xy(points), beams, owner, sigma, grazing, cut)
+    return owner, *found
+
+
+def partner(beams, pool, first, window, random):
+    """Return the place in the pool of a sample's second point."""
+    return _compiled(sampling.partner)(beams, pool, first, window, random)
+
+
+def line_through(points, i, j):
+    """Return (cosine and sine of theta, d) of the line through two points."""
+    return _compiled(sampling.line_through)(*_xy(points), i, j)
+
+
+def score(points, pool, line, gate, worth):
+    """Return the cost of a line, its inliers and those that follow each other."""
+    return _compiled(sampling.score)(*_xy(points), pool, line, gate, worth)
+
+
+def best_line(points, beams, pool, gate, settings, random):
+    """Return a point of the best line, its theta, its inliers and the random state."""
+    return _compiled(sampling.best_line)(*_xy(points), beams, pool, gate, settings, random)

@@ -9,19 +9,20 @@ from laserfeatures.geometry.compiled import helper
 
 MIN_SIGMA = 0.002  # [m]; no scanner that this is for measures better
 MAX_SIGMA = 0.1  # [m]; with more noise than that there are no walls to be found
+CHORDS = 50  # fewer mistake a crowded room for noise, more take time and gain little
 BASELINE = 0.1  # [m]
 NORMAL = 0.6745  # median of the absolute value of a normal variable, in standard deviations
 
 
 @helper
-def estimate_sigma(x: FloatArray, y: FloatArray, chords: int) -> float:
+def estimate_sigma(x: FloatArray, y: FloatArray) -> float:
     """Estimate the range noise [m] from how far points lie off the chord of their neighbours.
 
-    About `chords` of them are looked at, or all. The neighbours are taken `BASELINE` metres away,
+    About `CHORDS` of them are looked at, or all. The neighbours are taken `BASELINE` metres away,
     since the noise of nearby beams is often filtered by the sensor. The median takes no notice of
     corners, edges and outliers while most chords lie on walls.
     """
-    stride = max(1, x.size // chords)
+    stride = max(1, x.size // CHORDS)
     noise = np.empty(x.size)
     count = 0
     for i in range(1, x.size - 1, stride):

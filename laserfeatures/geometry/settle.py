@@ -12,7 +12,7 @@ from laserfeatures.geometry.noise import estimate_sigma
 from laserfeatures.geometry.points import returns
 from laserfeatures.geometry.segments import MAX_GROWTH, Segments, cut_segments
 from laserfeatures.geometry.sharing import merge_pieces, share_points
-from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of
+from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of, members_of
 
 # What a kernel returns: the numbers of lines and segments in one array, the line of each segment,
 # and which beams it holds. Handing an array to Python takes half a microsecond, a view of it less.
@@ -72,21 +72,20 @@ def free_points(
     ranges: FloatArray,
     limits: tuple[float, float],
     sigma: float,
-    chords: int,
     jump: float,
     radius: float,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray, float]:
     """Return x, y and beam of the returns, their owners, all free but for poles, and the noise.
 
-    `sigma` 0 stands for unknown: it is estimated from so many `chords`. `jump` is the distance of
-    points on different objects, `radius` the largest of a round object; 0 keeps them.
+    `sigma` 0 stands for unknown: it is estimated. `jump` is the distance of points on different
+    objects, `radius` the largest of a round object; 0 keeps them.
     """
     x, y, beam = returns(directions, ranges, limits[0], limits[1])
     owner = np.empty(x.size, np.int64)
     for i in range(x.size):
         owner[i] = FREE
     if sigma == 0.0:
-        sigma = estimate_sigma(x, y, chords)
+        sigma = estimate_sigma(x, y)
     if radius > 0.0:
         set_arcs_aside(x, y, beam, sigma, jump, radius, ROUND, owner)
     return x, y, beam, owner, sigma
@@ -112,6 +111,8 @@ def settle(
     """
     merge_pieces(x, y, owner, walls, sigma)
     line, member = share_points(x, y, owner, walls, gate, refit, cut[0])
+    if refit and merge_pieces(x, y, owner, walls, sigma):  # rough fits had kept pieces apart
+        line, member = members_of(owner, walls, cut[0])
     theta, d, support, covariance = lines_of(walls, cut[0], sigma)
     segments = cut_segments(x, y, beam, beams, theta, d, line, member, cut[1], cut[2], MAX_GROWTH)
     return pack(theta, d, support, covariance, segments)

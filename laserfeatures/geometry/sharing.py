@@ -40,8 +40,12 @@ def middle_off(a: FloatArray, b: FloatArray) -> float:
 @inlined
 def merge_pieces(
     x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, sigma: float
-) -> None:
-    """Join walls that one line explains, in place: the pieces beside a door are one line."""
+) -> bool:
+    """Join walls that one line explains, in place: the pieces beside a door are one line.
+
+    Returns whether there were any.
+    """
+    merged = False
     bound = max(1.5 * sigma, BEND)
     members = np.empty(x.size, np.int64)
     for a in range(walls.shape[0]):
@@ -60,6 +64,8 @@ def merge_pieces(
                     owner[i] = a
                 keep_wall(walls[a], fit, both)
                 walls[b, 5] = 0
+                merged = True
+    return merged
 
 
 @inlined

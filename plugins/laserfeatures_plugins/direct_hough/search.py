@@ -13,7 +13,6 @@ from laserfeatures.geometry.settle import Found, free_points, settle
 from laserfeatures.geometry.walls import FREE, Cut, keep_wall
 from laserfeatures_plugins.direct_hough.voting import next_peak, vote_pairs
 
-CHORDS = 50  # for the first estimate of the noise; more cost time and gain nothing
 MIN_VOTES = 3
 SEED = 0xFFFFFFFF  # the part of a row's best that names one of the voters
 SHORTER = 0.4  # than the chords that found nothing more
@@ -42,7 +41,7 @@ def extract(
     `sigma` 0 stands for unknown, `cut` is (min_points, max_missed, max_gap), `radius` the largest
     of a round object. `votes` and `epoch` are the accumulator and its count of votes so far.
     """
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, CHORDS, jump, radius)
+    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
     walls, noise = search(
         x, y, beam, owner, cos, sin, distance_step, votes, epoch, noise, sigma > 0.0, chord, cut
     )

@@ -11,7 +11,6 @@ from laserfeatures.geometry.noise import MIN_SIGMA
 from laserfeatures.geometry.settle import Found, free_points, settle
 from laserfeatures.geometry.walls import FREE, Cut, keep_wall
 
-CHORDS = 50  # for the first estimate of the noise
 ENOUGH = 15  # degrees of freedom from which the walls tell it better
 FAILURES = 8  # lines in a row that are no walls, after which there are none left
 MODULUS = 2**31 - 1  # of the random numbers: Park and Miller (1988), "minimal standard"
@@ -33,7 +32,7 @@ def extract(
     cut: Cut,
 ) -> Found:
     """Return what `line_segments` takes; `sigma` 0 stands for unknown."""
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, CHORDS, jump, radius)
+    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
     gate = gate_of(noise)
     walls, noise = search(x, y, beam, owner, noise, sigma > 0.0, sampling, cut)
     return settle(x, y, beam, ranges.size, owner, walls, noise, gate, False, cut)

@@ -13,7 +13,6 @@ from laserfeatures.geometry.segments import MAX_GROWTH
 from laserfeatures.geometry.settle import Found, free_points, settle
 from laserfeatures.geometry.walls import FREE, Cut, is_wall, keep_wall
 
-CHORDS = 25  # for the first estimate of the noise; the walls tell it better
 ENOUGH = 15  # degrees of freedom from which they do
 PARTNERS = 2  # points that a seed tries as its second: one outlier may stand between
 
@@ -29,7 +28,7 @@ def extract(
     cut: Cut,
 ) -> Found:
     """Return what `line_segments` takes; `sigma` 0 stands for unknown."""
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, CHORDS, jump, radius)
+    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
     walls, seen = search(x, y, beam, owner, noise, cut)
     return settle(x, y, beam, ranges.size, owner, walls, sigma or seen, gate_of(noise), True, cut)
 

@@ -12,7 +12,6 @@ from laserfeatures.geometry.noise import MIN_SIGMA
 from laserfeatures.geometry.settle import Found, free_points, settle
 from laserfeatures.geometry.walls import FREE, Cut, is_wall, keep_wall
 
-CHORDS = 25  # for the first estimate of the noise; the walls tell it better
 ENOUGH = 15  # degrees of freedom from which they do
 SURE = 3.0  # gates that a point is off the chord by where no fit to the piece will do
 TRIMMED = 6  # points from which a piece is fitted without those that it shares
@@ -31,7 +30,7 @@ def extract(
     cut: Cut,
 ) -> Found:
     """Return what `line_segments` takes; `sigma` 0 stands for unknown."""
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, CHORDS, jump, radius)
+    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
     walls, seen = search(x, y, beam, owner, noise, grazing, cut)
     return settle(x, y, beam, ranges.size, owner, walls, sigma or seen, gate_of(noise), True, cut)
 
@@ -158,6 +157,7 @@ def split(
             if off > gate and is_spike(x, y, chain, a, b, corner, off):
                 for m in range(corner, b):  # the end stays for the piece that starts there
                     chain[m] = chain[m + 1]
+                end -= b == end
                 b -= 1
                 continue
             if off <= SURE * gate:
