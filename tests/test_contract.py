@@ -6,7 +6,14 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from contract import every_extractor, finds_walls_only, the_line
+from contract import (
+    every_extractor,
+    finds_corners_only,
+    finds_lines,
+    finds_walls_only,
+    the_corner,
+    the_line,
+)
 from scenes import (
     TURN,
     chain,
@@ -50,7 +57,7 @@ def test_a_scan_without_walls_has_no_features(case, scan):
     assert features.corners.positions.shape == (0, 2)
 
 
-@every_extractor
+@finds_lines
 @pytest.mark.parametrize("d", [0.6, 2.0, 6.0])
 @pytest.mark.parametrize("theta", np.radians([-61, -20, 3, 30, 77]))
 def test_a_wall_is_one_line_with_one_segment(case, theta, d):
@@ -64,7 +71,7 @@ def test_a_wall_is_one_line_with_one_segment(case, theta, d):
         assert features.segments.lengths[longest] == pytest.approx(1.8, abs=0.1)
 
 
-@every_extractor
+@finds_lines
 @pytest.mark.parametrize("off", [0.0, 1e-6, 0.003, -1e-6, -0.003])
 @pytest.mark.parametrize("d", [2.0, -2.0])
 def test_a_wall_at_the_wrap_of_theta_is_found_once(case, off, d):
@@ -75,16 +82,19 @@ def test_a_wall_at_the_wrap_of_theta_is_found_once(case, off, d):
     assert len(nearest_line(found_lines(features), normalised(off, d), 0.08, 0.2)) == 1
 
 
-@every_extractor
-def test_a_corner_is_found_where_it_is(case):
+@finds_lines
+def test_both_walls_of_a_corner_are_found(case):
     features = case.make()(scan_of(*CORNER, sigma=0.003))
     for truth in true_lines(CORNER):
         the_line(case, features, truth)
-    off = np.hypot(*(features.corners.positions - (2.0, 1.2)).T)
-    near = off < 3 * case.distance
-    assert near.sum() == 1
-    assert features.corners.real[near].all()
-    assert features.corners.angles[near] == pytest.approx(math.pi / 2, abs=2 * case.angle)
+
+
+@every_extractor
+def test_a_corner_is_found_where_it_is(case):
+    features = case.make()(scan_of(*CORNER, sigma=0.003))
+    k = the_corner(case, features, (2.0, 1.2))
+    assert features.corners.real[k]
+    assert features.corners.angles[k] == pytest.approx(math.pi / 2, abs=2 * case.angle)
 
 
 @finds_walls_only
@@ -95,7 +105,7 @@ def test_a_corner_that_a_gap_hides_is_virtual(case):
     assert features.corners.real.tolist() == [False]
 
 
-@every_extractor
+@finds_lines
 def test_both_walls_of_a_corridor_are_kept(case):
     walls = [wall(math.pi / 2, 0.7, -4, 1), wall(math.pi / 2, -0.6, -4, 1)]
     features = case.make()(scan_of(*walls, sigma=0.003))
@@ -146,15 +156,14 @@ def test_a_turned_scan_has_the_turned_features(case, turn):
     turned = LaserScan(angles=scan.angles + turn, ranges=scan.ranges, range_max=scan.range_max)
     extractor = case.make()
     features, other = extractor(scan), extractor(turned)
-    c, s = math.cos(turn), math.sin(turn)
-    for truth in true_lines(CORNER):
+    for truth in true_lines(CORNER) if case.lines else ():
         before = found_lines(features)[the_line(case, features, truth)]
         expected = normalised(before[0] + turn, before[1])
         after = the_line(case, other, expected)
         assert abs(line_errors(found_lines(other)[after], expected)).max() < case.angle
-    corner = np.array([2.0 * c - 1.2 * s, 2.0 * s + 1.2 * c])
-    off = np.hypot(*(other.corners.positions - corner).T)
-    assert (off < 3 * case.distance).sum() == 1
+    c, s = math.cos(turn), math.sin(turn)
+    the_corner(case, features, (2.0, 1.2))
+    the_corner(case, other, (2.0 * c - 1.2 * s, 2.0 * s + 1.2 * c))
 
 
 @every_extractor
@@ -163,9 +172,12 @@ def test_any_field_of_view_will_do(case, degrees):
     square = chain((2, -2), (2, 2), (-2, 2), (-2, -2), (2, -2))
     scan, hit = look(square, sigma=0.003, view=math.radians(degrees), beams=361)
     features = case.make()(scan)
+    seen = [(hit == k).sum() > 30 for k in range(4)]
     for k, truth in enumerate(true_lines(square)):
-        if (hit == k).sum() > 30:
+        if case.lines and seen[k]:
             the_line(case, features, truth)
+        if seen[k] and seen[(k + 1) % 4]:
+            the_corner(case, features, square[k][1])
 
 
 @every_extractor
@@ -184,7 +196,7 @@ def test_features_are_arrays_that_cannot_be_changed(case):
     assert ((features.lines.theta >= 0) & (features.lines.theta < math.pi)).all()
 
 
-@every_extractor
+@finds_lines
 def test_features_fit_together(case):
     rng = np.random.default_rng(5)
     world, pose = random_room(rng)
@@ -204,6 +216,20 @@ def test_features_fit_together(case):
         np.testing.assert_allclose(normal[pair] @ position, features.lines.d[pair], atol=1e-9)
 
 
+@finds_corners_only
+def test_corners_without_lines_are_real_and_on_none(case):
+    rng = np.random.default_rng(5)
+    world, pose = random_room(rng)
+    scan, _ = look(world, sigma=0.005, beams=720, view=TURN * 719 / 720, pose=pose)
+    features = case.make()(scan)
+    assert features.scan is scan
+    assert len(features.lines) == len(features.segments) == 0
+    assert len(features.corners) >= 4
+    assert features.corners.real.all()
+    assert (features.corners.lines == -1).all()
+    assert ((features.corners.angles > 0) & (features.corners.angles <= math.pi / 2)).all()
+
+
 @every_extractor
 def test_covariances_are_symmetric_and_positive_definite(case):
     rng = np.random.default_rng(6)
@@ -211,7 +237,8 @@ def test_covariances_are_symmetric_and_positive_definite(case):
         world, pose = random_room(rng)
         scan, _ = look(world, sigma=0.005, beams=720, view=TURN * 719 / 720, pose=pose)
         features = case.make()(scan)
-        for covariance in (features.lines.covariance, features.corners.covariance):
+        for record in (features.lines, features.corners) if case.lines else (features.corners,):
+            covariance = record.covariance
             assert len(covariance) > 0
             np.testing.assert_array_equal(covariance, covariance.swapaxes(1, 2))
             assert (np.linalg.eigvalsh(covariance)[:, 0] > 0).all()
@@ -278,5 +305,6 @@ def test_inputs_are_left_as_they_were(case):
 def test_a_hundred_thousand_beams_are_no_trouble(case):
     scan = scan_of(*CORNER, sigma=0.003, beams=100_000)
     features = case.make()(scan)
-    for truth in true_lines(CORNER):
+    for truth in true_lines(CORNER) if case.lines else ():
         the_line(case, features, truth)
+    the_corner(case, features, (2.0, 1.2))

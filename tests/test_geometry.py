@@ -107,3 +107,76 @@ def test_segments_are_the_runs_between_gaps(rng, count, lines, max_missed, max_g
         np.testing.assert_array_equal(np.flatnonzero(held[j]), beams_held)
         assert support[j] == len(beams_held)
         assert rms[j] == pytest.approx(error, abs=1e-12)
+
+
+@given(seeds)
+def test_the_major_axis_is_the_largest_eigenvector_of_the_scatter(rng):
+    points = rng.normal(size=(5, 2)) * rng.choice([1e-3, 1.0, 1e3], 2)
+    scatter = points.T @ points
+    *axis, spread = kernels.major_axis(scatter)
+    values, vectors = np.linalg.eigh(scatter)
+    assert spread == pytest.approx(values[1], rel=1e-9)
+    assert np.hypot(*axis) == pytest.approx(1.0, rel=1e-12)
+    # Parallel, as far as two eigenvalues are apart.
+    across = axis[0] * vectors[1, 1] - axis[1] * vectors[0, 1]
+    assert abs(across) < 1e-12 * values[1] / (values[1] - values[0])
+
+
+@pytest.mark.parametrize(
+    ("scatter", "axis"),
+    [
+        ([[2, 0], [0, 1]], (1, 0)),
+        ([[1, 0], [0, 2]], (0, 1)),
+        ([[1, 1], [1, 1]], (math.sqrt(0.5), math.sqrt(0.5))),
+        ([[1, -1], [-1, 1]], (math.sqrt(0.5), -math.sqrt(0.5))),
+        ([[1, 0], [0, 1]], (1, 0)),  # no direction is the major one
+        ([[0, 0], [0, 0]], (1, 0)),
+    ],
+)
+def test_the_major_axis_of_special_scatters(scatter, axis):
+    *found, spread = kernels.major_axis(np.array(scatter, float))
+    np.testing.assert_allclose(np.multiply(found, np.sign(found @ np.array(axis))), axis)
+    assert spread == pytest.approx(max(np.linalg.eigvalsh(scatter)[1], 1e-12))
+
+
+def assert_unweighted(fit, points):
+    """Check a fit against the smallest eigenvector of the scatter."""
+    expected = reference.fit_line(points, np.ones(len(points)), 1.0)
+    assert 0 <= fit[0] < math.pi
+    assert abs(line_errors(fit[:2], expected[:2])).max() < 1e-9
+    sign = 1 if abs(fit[0] - expected[0]) < 1 else -1
+    np.testing.assert_allclose(fit[2::2], expected[2::2], rtol=1e-6)
+    np.testing.assert_allclose(fit[3], sign * expected[3], rtol=1e-6, atol=1e-9)
+
+
+@given(seeds, st.integers(2, 30))
+def test_the_fit_in_a_hurry_is_the_one_without_weights(rng, count):
+    points = noisy_line(rng, count)[2]
+    members = np.sort(rng.choice(count, rng.integers(2, count + 1), replace=False))
+    assert_unweighted(kernels.fit_unweighted(points, members), points[members])
+
+
+@given(seeds, st.integers(2, 30))
+def test_sums_from_any_origin_on_give_the_line(rng, count):
+    points = noisy_line(rng, count)[2]
+    assert_unweighted(kernels.line_of_sums(points, rng.uniform(-5, 5, 2)), points)
+
+
+@pytest.mark.parametrize("theta", [0.0, 1e-9, math.pi / 2, math.pi - 1e-9])
+@pytest.mark.parametrize("d", [-2.0, 0.5, 3.0])
+def test_the_fit_in_a_hurry_keeps_theta_below_pi_at_the_wrap(theta, d):
+    c, s = math.cos(theta), math.sin(theta)
+    for along in (np.linspace(-1, 2, 20), np.linspace(2, -1, 20)):
+        points = np.stack([d * c - along * s, d * s + along * c], axis=1)
+        fit = kernels.fit_unweighted(points, np.arange(20))
+        assert 0 <= fit[0] < math.pi
+        np.testing.assert_allclose(line_errors(fit[:2], (theta, d)), 0, atol=1e-7)
+
+
+def test_the_fit_in_a_hurry_is_as_good_a_kilometre_away():
+    along = np.linspace(-0.15, 0.15, 30)
+    points = np.stack([1000.0 + along, 1000.0 - 0.5 * along], axis=1)
+    theta, d, *_ = kernels.fit_unweighted(points, np.arange(30))
+    truth = math.atan2(1.0, 0.5), 1500.0 / math.hypot(1.0, 0.5)
+    # The coordinates are good to 1e-13 m.
+    np.testing.assert_allclose(line_errors((theta, d), truth), 0, atol=2e-9)

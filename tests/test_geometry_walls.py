@@ -7,25 +7,13 @@ import reference
 import reference_walls
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scenes import chain, poles, scan_of, true_lines, wall
+from scenes import chain, niche, poles, scan_of, wall
 
 from laserfeatures import LaserScan, geometry
 from laserfeatures.geometry import arcs, growth, noise, segments, walls
 
 GAPS = (2, 0.15)  # max_missed, max_gap
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
-
-
-def niche(rng):
-    """Return the points, beams and wall lines of a wall with a niche, a door and false returns."""
-    lines = chain((2, -3), (2, -1), (2.3, -1), (2.3, 0), (2, 0), (2, 0.8))
-    lines.append([(2, rng.uniform(0.9, 2)), (2, 3)])
-    scan = scan_of(*lines, sigma=0.005, seed=int(rng.integers(10**6)), beams=181)
-    ranges = scan.ranges.copy()
-    false = rng.random(181) < 0.1
-    ranges[false] = rng.uniform(0.5, 4, false.sum())
-    scan = LaserScan(angles=scan.angles, ranges=ranges, range_max=30.0)
-    return scan.points, scan.beams, true_lines(lines)
 
 
 @given(seeds, st.floats(0.01, 0.1))
@@ -143,6 +131,14 @@ def test_noise_is_estimated_as_its_twin_says(rng, count):
     else:
         limited = np.clip(expected, noise.MIN_SIGMA, noise.MAX_SIGMA)
         assert sigma == pytest.approx(limited, abs=2e-5)  # the kernel bisects
+
+
+@given(seeds, st.integers(1, 60))
+def test_the_median_is_the_upper_one_as_far_as_it_matters(rng, count):
+    values = rng.choice([0.001, 0.02, 0.1]) * rng.exponential(1.0, count)
+    expected = min(np.sort(values)[count // 2], noise.NORMAL * noise.MAX_SIGMA)
+    limited = min(kernels.median(values), noise.NORMAL * noise.MAX_SIGMA)
+    assert limited == pytest.approx(expected, abs=1e-5)
 
 
 @pytest.mark.parametrize("sigma", [0.004, 0.01])

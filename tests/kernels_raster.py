@@ -1,0 +1,102 @@
+"""The raster's kernels as tests call them: points as one array, results returned."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from kernels import _compiled, _owner, _xy
+from laserfeatures_plugins.raster import drawing, shape, surfaces, walls
+
+
+def is_near(a, b, incidence):
+    """Tell whether two returns are near for a surface met at `incidence` [rad]."""
+    return _compiled(surfaces.is_near)(*a, *b, math.tan(incidence))
+
+
+def behind(points, m, way, other, sigma):
+    """Return how far a point lies behind the surface beside point m, and the doubt."""
+    live = np.arange(len(points))
+    return _compiled(surfaces.behind)(*_xy(points), live, m, way, other, sigma)
+
+
+def contours(points, beams, live, incidence, sigma, max_missed):
+    """Return the chains, as lists of points."""
+    chained, ends = _compiled(surfaces.contours)(
+        *_xy(points), beams, live, math.tan(incidence), sigma, max_missed
+    )
+    return [chained[a:b].tolist() for a, b in pairwise(ends)]
+
+
+def place(points, chosen, resolution, margin):
+    """Return x, y, width, height and the pixels."""
+    return _compiled(drawing.place)(*_xy(points), chosen, resolution, margin)
+
+
+def lines(found, origin, rows):
+    """Return what the kernels take as lines."""
+    theta = np.arange(rows) * math.pi / rows
+    return np.asarray(found, np.float32).reshape(-1, 2), tuple(origin), np.cos(theta), np.sin(theta)
+
+
+def to_metres(line, origin, rows, resolution):
+    """Return theta, cos(theta), sin(theta) and d."""
+    return _compiled(walls.to_metres)(lines(line, origin, rows), 0, resolution)
+
+
+def search(points, beams, free, sigma, known, *, found, resolution, cut):
+    """Return the owners after the search of `raster_hough`, its walls and the noise."""
+    owner = _owner(free)
+    args = (*_xy(points), beams, owner, sigma, known, found, resolution, cut)
+    return owner, *_compiled(walls.search)(*args)
+
+
+def bins(points, beams, free, sigma, *, found, resolution, cut):
+    """Return the bins that are lines, and the lines and the numbers of their points."""
+    return _compiled(walls.bins)(*_xy(points), beams, _owner(free), sigma, found, resolution, cut)
+
+
+def seed_on(points, beams, free, line, gate, cut):
+    """Return the seed, -1 for none."""
+    theta, d = line
+    near = np.empty(len(points), np.int64)
+    return _compiled(walls.seed_on)(
+        *(*_xy(points), beams, free, math.cos(theta), math.sin(theta), d, gate, cut, near)
+    )
+
+
+def keep_free(free, members):
+    """Return those of `members` that are free."""
+    members = members.copy()
+    return members[: _compiled(walls.keep_free)(_owner(free), members)]
+
+
+def repeats(theta, point, lines, step, resolution):
+    """Tell whether a line of points around a point repeats one of `lines`."""
+    table = np.zeros((len(lines), 6))
+    table[:, :2] = lines
+    return _compiled(walls.repeats)(theta, *point, table, step, resolution)
+
+
+def turns(image, points, ridge):
+    """Return the turn at each point (column, row)."""
+    return _compiled(shape.turns)(image, *_xy(points), ridge)
+
+
+def turn_of(ring, least):
+    """Return the turn that the maxima of a ring make."""
+    return _compiled(shape.turn_of)(ring, least)
+
+
+def brightness(image, u, v):
+    """Return the brightness between pixels."""
+    return _compiled(shape.brightness)(image, u, v)
+
+
+def structure(image, points):
+    """Return the structure tensor at each point (column, row)."""
+    return _compiled(shape.structure)(image, *_xy(points))
+
+
+def distinct(points, reach):
+    """Return which points to keep."""
+    return _compiled(shape.distinct)(*_xy(points), reach)

@@ -1,0 +1,62 @@
+"""Slow, obvious twins of ransac's kernels."""
+
+import math
+
+import numpy as np
+
+
+def numbers(state):
+    """Yield the random numbers of Park and Miller (1988) after a state."""
+    while True:
+        state = 48271 * state % (2**31 - 1)
+        yield state
+
+
+def partner(beams, pool, first, window, random):
+    """Twin of `partner`: one of the others in the window; where there is none, the next one."""
+    others = [k for k in range(len(pool)) if k != first]
+    near = [k for k in others if not window or abs(beams[pool[k]] - beams[pool[first]]) <= window]
+    if not near:
+        return first - 1 if first > 0 else 1
+    return near[random % len(near)]
+
+
+def line_through(a, b):
+    """Twin of `line_through`: its normal is the step turned to the left."""
+    step = b - a
+    normal = np.array([-step[1], step[0]]) / np.linalg.norm(step)
+    return *normal, a @ normal
+
+
+def score(points, line, gate, worth):
+    """Twin of `score`: the cost, the inliers and pairs of them, as far as it looks."""
+    square = (points @ line[:2] - line[2]) ** 2
+    cost = np.cumsum(np.minimum(square, gate**2))
+    looked = min(int((cost <= worth).sum()) + 1, len(points))
+    inlier = square[:looked] < gate**2
+    return cost[looked - 1], inlier.sum(), (inlier[1:] & inlier[:-1]).sum()
+
+
+def best_line(points, beams, pool, gate, settings, state):
+    """Twin of `best_line`: (seed, theta, inliers, state) and how many samples were drawn."""
+    window, log_doubt, max_trials, _ = settings
+    draws = numbers(state)
+    least = sum(gate * gate for _ in pool)
+    best, trials, drawn = (-1, 0.0, 0), max_trials, 0
+    while drawn < trials:
+        drawn += 1
+        first = next(draws) % len(pool)
+        state = next(draws)
+        second = partner(beams, pool, first, window, state)
+        line = line_through(points[pool[first]], points[pool[second]])
+        cost, inliers, pairs = score(points[pool], line, gate, least)
+        if cost < least:
+            least = cost
+            best = pool[first], math.atan2(line[1], line[0]), inliers
+            # The chance that a sample is a good one: both of its points are on the wall.
+            good = pairs / len(pool) if window else (inliers / len(pool)) ** 2
+            if good >= 1:
+                break
+            if good > 0:
+                trials = min(trials, math.ceil(log_doubt / math.log(1 - good)))
+    return best, state, drawn

@@ -1,0 +1,218 @@
+"""The raster's kernels beside their twins."""
+
+import math
+
+import kernels
+import kernels_raster
+import numpy as np
+import pytest
+import reference_raster
+from hypothesis import given
+from hypothesis import strategies as st
+from laserfeatures_plugins.raster import drawing, shape, surfaces, walls
+from laserfeatures_plugins.raster.uncertainty import covariances, edge_angles
+from scenes import niche
+
+from laserfeatures.geometry.noise import MIN_SIGMA
+
+seeds = st.integers(0, 10**6).map(np.random.default_rng)
+PLAIN = math.atan(surfaces.PLAIN)
+RESOLUTION = 0.02
+RULES = (surfaces.NOISES, surfaces.BASELINE)
+
+
+@given(seeds, st.floats(0.02, 0.8))
+def test_near_returns_are_as_the_twin_says(rng, incidence):
+    a = rng.uniform(-3, 3, 2)
+    b = a + rng.normal(0, 0.5, 2)
+    assert kernels_raster.is_near(a, b, incidence) == reference_raster.is_near(a, b, incidence)
+
+
+@given(seeds, st.sampled_from([-1, 1]))
+def test_a_point_lies_behind_a_surface_as_the_twin_says(rng, way):
+    points, _, _ = niche(rng)
+    m, other = rng.choice(len(points), 2, replace=False)
+    found = kernels_raster.behind(points, m, way, other, 0.01)
+    expected = reference_raster.behind(points, m, way, other, 0.01, RULES)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+@given(seeds, st.floats(0.03, 0.3), st.sampled_from([0.002, 0.02]), st.integers(0, 4))
+def test_surfaces_are_chained_as_the_twin_does(rng, incidence, sigma, max_missed):
+    points, beams, _ = niche(rng)
+    live = np.flatnonzero(rng.random(len(points)) < 0.95)[: rng.integers(0, len(points))]
+    found = kernels_raster.contours(points, beams, live, incidence, sigma, max_missed)
+    expected = reference_raster.contours(
+        points[live], beams[live], incidence, sigma, max_missed, PLAIN, RULES
+    )
+    assert found == [live[chain].tolist() for chain in expected]
+
+
+@given(seeds, st.floats(0.005, 0.2), st.integers(0, 12))
+def test_points_are_placed_as_the_twin_does(rng, resolution, margin):
+    points = rng.uniform(-4, 4, 2) + rng.normal(0, 1, (rng.integers(1, 30), 2))
+    chosen = rng.choice(len(points), rng.integers(1, 40))
+    x, y, width, height, pixels = kernels_raster.place(points, chosen, resolution, margin)
+    origin, size, expected = reference_raster.place(points[chosen], resolution, margin)
+    np.testing.assert_allclose((x, y), origin, atol=1e-12)
+    assert (width, height) == tuple(size)
+    np.testing.assert_allclose(pixels / 2**drawing.FRACTION, expected, atol=0.51 / 2**4)
+    nearest = np.floor(pixels / 2**drawing.FRACTION + 0.5)
+    assert nearest.min() >= margin
+    assert (nearest.max(axis=0) <= (width - 1 - margin, height - 1 - margin)).all()
+
+
+@given(seeds, st.integers(6, 400), st.floats(0.005, 0.2))
+def test_a_line_in_pixels_is_the_same_line_in_metres(rng, rows, resolution):
+    rho, row, origin = rng.uniform(-900, 900), rng.integers(rows), rng.uniform(-9, 9, 2)
+    line = rho, row * math.pi / rows
+    theta, c, s, d = kernels_raster.to_metres(line, origin, rows, resolution)
+    assert theta == pytest.approx(line[1])
+    assert (c, s) == pytest.approx((math.cos(line[1]), math.sin(line[1])))
+    along = rng.uniform(-500, 500)
+    pixel = np.array([rho * c - along * s, rho * s + along * c])
+    assert (origin + resolution * pixel) @ (c, s) == pytest.approx(d, abs=1e-4 * resolution * 900)
+
+
+@given(seeds, st.integers(3, 8), st.integers(0, 3), st.floats(0.02, 0.6))
+def test_a_seed_is_in_the_middle_of_the_longest_run(rng, min_points, max_missed, max_gap):
+    points, beams, lines = niche(rng)
+    line = lines[rng.integers(len(lines))] + rng.normal(0, 0.01, 2)
+    free = np.flatnonzero(rng.random(len(points)) < 0.9)
+    cut = (min_points, max_missed, max_gap)
+    found = kernels_raster.seed_on(points, beams, free, line, 0.03, cut)
+    expected = reference_raster.seed_on(points[free], beams[free], line, 0.03, cut)
+    assert found == (free[expected] if expected >= 0 else -1)
+
+
+@given(seeds)
+def test_only_free_points_are_kept(rng):
+    free = rng.random(30) < 0.5
+    members = np.flatnonzero(rng.random(30) < 0.7)
+    assert kernels_raster.keep_free(free, members).tolist() == [m for m in members if free[m]]
+
+
+@given(seeds, st.sampled_from([0.0, 0.01, 3.13]))
+def test_lines_repeat_each_other_as_the_twin_says(rng, theta):
+    lines = [((theta + turn) % math.pi, rng.uniform(-1, 1)) for turn in rng.normal(0, 0.1, 3)]
+    point = rng.uniform(-1, 1, 2)
+    args = (theta, point, lines, math.radians(1), 0.05)
+    expected = reference_raster.repeats(*args, walls.WINDOW)
+    assert kernels_raster.repeats(*args) == expected
+
+
+def some_lines(rng, truth):
+    """Return what OpenCV might find of some walls, as it gives it and in metres."""
+    origin, rows = rng.uniform(-3, 0, 2), 180
+    true = truth[rng.choice(len(truth), 12)] + rng.normal(0, 0.01, (12, 2))
+    row = np.floor(true[:, 0] * rows / math.pi).astype(int) % rows
+    theta = row * math.pi / rows
+    normal = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+    rho = np.round((true[:, 1] - normal @ origin) / RESOLUTION)
+    found = kernels_raster.lines(np.stack([rho, theta], axis=1), origin, rows)
+    return found, list(zip(theta, rho * RESOLUTION + normal @ origin, strict=True))
+
+
+@given(seeds, st.integers(3, 6), st.booleans())
+def test_walls_are_searched_for_as_the_twin_does(rng, min_points, known):
+    points, beams, truth = niche(rng)
+    free = rng.random(len(points)) < 0.9
+    found, lines = some_lines(rng, truth)
+    cut = (min_points, 3, 0.25)
+    owner, table, noise = kernels_raster.search(
+        *(points, beams, free, 0.008, known), found=found, resolution=RESOLUTION, cut=cut
+    )
+    rules = (kernels.gate_of, walls.ENOUGH, MIN_SIGMA)
+    expected, fits, sigma = reference_raster.search(
+        *(points, beams, free, 0.008, lines, RESOLUTION, cut),
+        known=known, find_wall=kernels.find_wall, rules=rules,
+    )  # fmt: skip
+    np.testing.assert_array_equal(owner[free], expected[free])
+    np.testing.assert_allclose(table, fits, rtol=1e-9)
+    assert noise == pytest.approx(sigma)
+    assert (noise == 0.008) == known or table[:, 5].max(initial=0) < 10
+
+
+@given(seeds, st.integers(3, 6))
+def test_bins_are_taken_as_the_twin_does(rng, min_points):
+    points, beams, truth = niche(rng)
+    free = rng.random(len(points)) < 0.9
+    found, lines = some_lines(rng, truth)
+    cut = (min_points, 3, 0.25)
+    table, line, member = kernels_raster.bins(
+        points, beams, free, 0.008, found=found, resolution=RESOLUTION, cut=cut
+    )
+    gate, step = RESOLUTION + kernels.gate_of(0.008), math.pi / 180
+    taken, members = reference_raster.bins(
+        points, beams, free, gate, lines, RESOLUTION, step, cut, walls.WINDOW
+    )
+    np.testing.assert_allclose(table[:, :2], np.reshape(taken, (-1, 2)), atol=1e-6)
+    np.testing.assert_allclose(table[:, 2:5], [[step**2 / 12, 0, RESOLUTION**2 / 12]] * len(table))
+    assert [member[line == k].tolist() for k in range(len(table))] == members
+    assert table[:, 5].tolist() == [len(m) for m in members]
+
+
+def picture(rng):
+    return rng.integers(0, 256, (24, 30)).astype(np.uint8)
+
+
+@given(seeds)
+def test_brightness_is_interpolated_as_the_twin_does(rng):
+    image, u, v = picture(rng), rng.uniform(-2, 32), rng.uniform(-2, 26)
+    expected = reference_raster.brightness(image, u, v)
+    assert kernels_raster.brightness(image, u, v) == pytest.approx(expected)
+
+
+@given(seeds, st.integers(3, 64), st.sampled_from([3, 256]))
+def test_the_turn_on_a_ring_is_as_the_twin_says(rng, samples, levels):
+    ring = rng.integers(0, levels, samples).astype(float)
+    expected = reference_raster.turn_of(ring, levels / 2)
+    assert kernels_raster.turn_of(ring, levels / 2) == pytest.approx(expected, abs=1e-9)
+
+
+@given(seeds, st.floats(20.0, 255.0))
+def test_the_turn_at_a_point_is_that_of_the_ring_around_it(rng, ridge):
+    image, point = picture(rng), rng.uniform((0, 0), (29, 23))
+    phi = np.arange(shape.SAMPLES) * 2 * math.pi / shape.SAMPLES
+    ring = [
+        reference_raster.brightness(
+            image, point[0] + shape.RING * math.cos(a), point[1] + shape.RING * math.sin(a)
+        )
+        for a in phi
+    ]
+    expected = reference_raster.turn_of(ring, shape.LINE * ridge)
+    assert kernels_raster.turns(image, point[None], ridge) == pytest.approx([expected], abs=1e-6)
+
+
+@given(seeds)
+def test_the_structure_tensor_is_as_the_twin_says(rng):
+    image = picture(rng)
+    points = rng.uniform((0, 0), (29, 23), (3, 2))
+    expected = [reference_raster.structure(image, point, shape.WINDOW) for point in points]
+    np.testing.assert_allclose(kernels_raster.structure(image, points), expected, rtol=1e-9)
+
+
+@given(seeds, st.integers(0, 20))
+def test_distinct_points_are_as_the_twin_says(rng, count):
+    points, reach = rng.uniform(0, 1, (count, 2)), rng.uniform(0.1, 0.4, count)
+    expected = reference_raster.distinct(points, reach)
+    assert kernels_raster.distinct(points, reach).tolist() == expected
+
+
+@given(seeds)
+def test_a_covariance_is_the_inverse_tensor_of_trace_1_times_the_variance(rng):
+    half = rng.normal(0, 1, (2, 2))
+    tensor = half @ half.T + 0.1 * np.eye(2)
+    points = int(rng.integers(0, 30))
+    found = covariances(tensor[None], np.array([points]), 0.18, 0.02, 0.005)[0]
+    n = max(points, 1)
+    variance = 0.005**2 / n + (0.2 * 0.02) ** 2 + (0.08 * 0.36 / n) ** 2
+    expected = variance * np.linalg.inv(tensor / np.trace(tensor))
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+@given(st.floats(0.05, math.pi / 2), st.floats(0, math.pi))
+def test_two_edges_have_their_angle(angle, turn):
+    edges = [turn, turn + angle]
+    tensor = sum(np.outer(g, g) for g in [(math.cos(a), math.sin(a)) for a in edges])
+    assert edge_angles(tensor[None]) == pytest.approx([angle], abs=1e-6)
