@@ -145,7 +145,8 @@ def test_another_distribution_cannot_take_the_place_of_a_built_in_extractor(inst
 def test_a_plugin_whose_detector_returns_something_else_is_named(install, run):
     install("odd", "class Odd:\n    def __call__(self, scan):\n        return 5\n", odd="odd:Odd")
     out = run(ERROR_OF.format('lf.get_extractor("odd")(lf.LaserScan(angles=[0.0], ranges=[1]))'))
-    assert out == "PluginError|extractor 'odd' must return LineSegments or PointFeatures, got int|NoneType"
+    message = "extractor 'odd' must return LineSegments or PointFeatures, got int"
+    assert out == f"PluginError|{message}|NoneType"
 
 
 @pytest.fixture
