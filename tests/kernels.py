@@ -176,11 +176,11 @@ def fit_unweighted(points, members):
     return _compiled(fit.fit_unweighted)(*_xy(points), members)
 
 
-def line_of_sums(points, origin):
-    """Return the unweighted fit from sums relative to any origin."""
-    dx, dy = _xy(points - origin)
+def line_of_sums(away, origin):
+    """Return the unweighted fit to points given by how far they are from an origin."""
+    dx, dy = _xy(away)
     sums = dx.sum(), dy.sum(), (dx * dx).sum(), (dx * dy).sum(), (dy * dy).sum()
-    return _compiled(fit.line_of_sums)(*origin, len(points), *sums)
+    return _compiled(fit.line_of_sums)(*origin, len(away), *sums)
 
 
 def gate_of(sigma):

@@ -76,7 +76,7 @@ def place(points, resolution, margin):
     """Twin of `place`: the origin, the size and the pixels, these as real numbers."""
     origin = points.min(axis=0) - margin * resolution
     pixels = (points - origin) / resolution
-    size = np.ceil(pixels.max(axis=0) - margin) + 1 + 2 * margin
+    size = np.ceil(np.ptp(points, axis=0) / resolution) + 1 + 2 * margin
     return origin, size, pixels
 
 
@@ -126,18 +126,25 @@ def search(points, beams, free, sigma, lines, resolution, cut, *, known, find_wa
 
 
 def bins(points, beams, free, gate, lines, resolution, step, cut, window):
-    """Twin of `bins`: the lines that have a run of free points and repeat none before."""
+    """Twin of `bins`: the lines that have a run of free points and repeat none before.
+
+    A row is (theta, d, variances and covariance of a turn about the seed and a shift).
+    """
     left = np.flatnonzero(free)
-    taken, members = [], []
+    taken, rows, members = [], [], []
     for theta, d in lines:
         seed = seed_on(points[left], beams[left], (theta, d), gate, cut) if len(left) else -1
         if seed < 0 or repeats(theta, points[left[seed]], taken, step, resolution, window):
             continue
         near = abs(points[left] @ (math.cos(theta), math.sin(theta)) - d) < gate
         taken.append((theta, d))
+        about = points[left[seed]] @ (-math.sin(theta), math.cos(theta))
+        jacobian = np.array([[1.0, 0.0], [about, 1.0]])  # d = d' + about (theta - theta')
+        spread = jacobian @ np.diag([step**2 / 12, resolution**2 / 12]) @ jacobian.T
+        rows.append((theta, d, spread[0, 0], spread[0, 1], spread[1, 1], near.sum()))
         members.append(left[near].tolist())
         left = left[~near]
-    return taken, members
+    return np.reshape(rows, (-1, 6)), members
 
 
 def repeats(theta, point, lines, step, resolution, window):

@@ -5,6 +5,7 @@ import sys
 import pytest
 from cli_runs import ENTRY, carmen_log, fails, run, start
 from recordings import DATA, needs_recordings
+from scenes import needs_compiler
 
 import laserfeatures as lf
 from laserfeatures import registry
@@ -277,6 +278,7 @@ def test_failures_to_be_made_keep_the_reason(register):
     assert failure.scan is None
 
 
+@needs_compiler
 @needs_recordings
 @pytest.mark.parametrize("ending", ["md", "html"])
 def test_a_recording_from_end_to_end(tmp_path, ending):

@@ -159,7 +159,16 @@ def test_the_fit_in_a_hurry_is_the_one_without_weights(rng, count):
 @given(seeds, st.integers(2, 30))
 def test_sums_from_any_origin_on_give_the_line(rng, count):
     points = noisy_line(rng, count)[2]
-    assert_unweighted(kernels.line_of_sums(points, rng.uniform(-5, 5, 2)), points)
+    origin = rng.uniform(-5, 5, 2)
+    assert_unweighted(kernels.line_of_sums(points - origin, origin), points)
+
+
+@pytest.mark.parametrize("slope", [1e-17, -1e-17, 1e-300])
+def test_an_angle_that_rounds_to_pi_is_0(slope):
+    along = np.linspace(-1, 2, 20)
+    theta, d, *_ = kernels.line_of_sums(np.stack([slope * along, along], axis=1), (2.0, 0.5))
+    assert 0 <= theta < math.pi
+    np.testing.assert_allclose(line_errors((theta, d), (0.0, 2.0)), 0, atol=1e-12)
 
 
 @pytest.mark.parametrize("theta", [0.0, 1e-9, math.pi / 2, math.pi - 1e-9])

@@ -125,10 +125,10 @@ def spoiled():
 # Measured, of the walls that at least 4 beams hit (508 and 485) and of those that 6 do (460 and
 # 427): recall, recall; precision; median angle error; walls found twice.
 #                     5 mm                               15 mm, a fifth of the beams false
-# direct_hough        0.982, 1.000; 0.996; 0.060 deg; 0  0.934, 0.979; 0.980; 0.180 deg; 3
-# ransac              0.978, 1.000; 0.998; 0.059 deg; 0  0.934, 0.977; 0.970; 0.188 deg; 6
-# region_growing      0.998, 1.000; 0.994; 0.059 deg; 0  0.916, 0.960; 0.833; 0.201 deg; 32
-# split_and_merge     0.982, 0.998; 0.992; 0.056 deg; 0  0.926, 0.965; 0.922; 0.200 deg; 26
+# direct_hough        0.982, 1.000; 0.996; 0.058 deg; 0  0.934, 0.979; 0.976; 0.184 deg; 5
+# ransac              0.978, 1.000; 0.998; 0.058 deg; 0  0.934, 0.977; 0.978; 0.186 deg; 2
+# region_growing      0.996, 1.000; 0.992; 0.056 deg; 0  0.913, 0.960; 0.847; 0.210 deg; 30
+# split_and_merge     0.984, 0.998; 0.992; 0.055 deg; 0  0.928, 0.965; 0.941; 0.198 deg; 19
 
 
 @pytest.mark.parametrize(

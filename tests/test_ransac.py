@@ -128,6 +128,18 @@ def assert_finds_the_scene(found):
         assert len(nearest_line(lines, truth, math.radians(1), 0.01)) == 1
 
 
+def test_a_line_that_is_no_wall_does_not_hide_one_of_fewer_points():
+    # Twelve far points on a line are no wall: they are too far apart. Nine near ones are one.
+    angles = np.radians(np.arange(-90, 91))
+    ranges = np.full(181, math.nan)
+    few, wall_beams = slice(30, 141, 10), slice(91, 100)
+    ranges[few] = 3.0 / np.cos(angles[few])
+    ranges[wall_beams] = 1.5 / np.cos(angles[wall_beams])
+    found = Ransac(window=0, range_sigma=0.005)(LaserScan(angles=angles, ranges=ranges))
+    assert len(found) == 1
+    np.testing.assert_array_equal(np.flatnonzero(found.points[0]), np.arange(91, 100))
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2**31 - 2, 2**40 + 17])
 @pytest.mark.parametrize("window", [0, 4, 12, 100])
 def test_the_walls_of_an_easy_scene_hang_on_neither_seed_nor_window(seed, window):

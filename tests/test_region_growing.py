@@ -47,6 +47,17 @@ def test_a_region_grows_to_its_end_as_its_twin_does(rng, gate):
     assert_same_fit(fit, reference_growing.fit(points[members]))
 
 
+@given(seeds)
+def test_a_region_of_uneven_steps_grows_to_its_end_as_its_twin_does(rng):
+    # What is a gap hangs on the steps before it and on the beams that they took.
+    beams = np.cumsum(rng.integers(1, 5, 30))
+    along = np.cumsum(rng.lognormal(-2.5, 0.8, 30))
+    points = np.stack([along, 2.0 + rng.normal(0, 0.003, 30)], axis=1)
+    args = (points, beams, np.ones(30, bool), 0, 1, 0.015, 3, 0.15)
+    members, _ = kernels.grow_region(*args)
+    assert members == reference_growing.grow_region(*args, segments.MAX_GROWTH)
+
+
 @given(seeds, st.integers(3, 40), st.integers(3, 6))
 def test_a_region_is_refined_as_its_twin_does(rng, count, min_points):
     theta = rng.uniform(0, math.pi)

@@ -92,9 +92,9 @@ class KanadeTomasi:
 
     Notes
     -----
-    All corners are real ones, and on no lines (-1, -1). Their covariance is the inverse of the
-    structure tensor of trace 1, times the variance of the range noise over the number of returns in
-    the window, plus that of the drawing.
+    All corners are real ones, and on no lines (-1, -1). Their angle is good to some degrees; one
+    that is sharper than about 40 degrees looks like the end of a line. The covariance is the
+    inverse of the structure tensor, scaled as `covariances` tells.
 
     References
     ----------

@@ -107,7 +107,8 @@ def bins(
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Return the lines that repeat none before, and the line and number of each of their points.
 
-    A line holds the free points near it. Its covariance is that of a uniform error in its cell.
+    A line holds the free points near it. Its covariance is that of uniform errors of a cell's size
+    in its direction and in its distance in the middle of the points.
     """
     walls = np.empty((x.size // cut[0] + 1, 6))
     free = np.arange(x.size)
@@ -129,8 +130,10 @@ def bins(
                 owner[i] = line[total] = count
                 member[total] = i
                 total += 1
-        cell = (theta, d, step**2 / 12.0, 0.0, resolution**2 / 12.0)
-        keep_wall(walls[count], cell, total - first)
+        turn = step**2 / 12.0
+        along = y[seed] * c - x[seed] * s
+        fit = (theta, d, turn, along * turn, resolution**2 / 12.0 + along**2 * turn)
+        keep_wall(walls[count], fit, total - first)
         count += 1
         left = keep_free(owner, free[:left])
     return walls[:count], line[:total], member[:total]
@@ -144,7 +147,7 @@ def to_metres(lines: Lines, k: int, resolution: float) -> tuple[float, float, fl
     """
     found, origin, cos, sin = lines
     row = int(found[k, 1] * cos.size / math.pi + 0.5)
-    d = found[k, 0] * resolution + origin[0] * cos[row] + origin[1] * sin[row]
+    d = float(found[k, 0]) * resolution + origin[0] * cos[row] + origin[1] * sin[row]
     return row * math.pi / cos.size, cos[row], sin[row], d
 
 
