@@ -218,6 +218,8 @@ def test_the_default_window_suits_every_scan(beams):
         ({"confidence": math.nan}, r"confidence must be in \(0, 1\), got nan"),
         ({"max_trials": 0}, "max_trials must be >= 1, got 0"),
         ({"seed": -1}, "seed must be >= 0, got -1"),
+        ({"seed": 2**64}, r"seed must be a whole number under 2\*\*63, got 18446744073709551616"),
+        ({"seed": 1.5}, r"seed must be a whole number under 2\*\*63, got 1\.5"),
     ],
 )
 def test_wrong_parameters_are_named_with_their_limits(parameters, message):

@@ -75,6 +75,8 @@ class Ransac:
         for name, least in (("window", 0), ("max_trials", 1), ("seed", 0)):
             if not getattr(self, name) >= least:
                 raise ValueError(f"{name} must be >= {least}, got {getattr(self, name)!r}")
+        if not (isinstance(self.seed, int) and self.seed < 2**63):
+            raise ValueError(f"seed must be a whole number under 2**63, got {self.seed!r}")
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
