@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 BLUE = "#0b4fa8"  # dark in grey print, where REMOVED stays light
 RED = "#d62718"
 REMOVED = "0.62"
+DASHED = (0, (4, 3))
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))  # standard deviations of a 95 % ellipse
 MARGIN = 0.15  # of the picture's size, around points and sensor
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
@@ -170,18 +171,16 @@ def draw_scan(
     """
     points, corners = features.scan.points, features.corners
     low, high = _limits(points) if limits is None else limits
-    dashed = (0, (4, 3))
-    _draw_lines(axes, removed, color=REMOVED, linestyle=dashed, label="removed lines", zorder=1)
+    _draw_lines(axes, removed, color=REMOVED, linestyle=DASHED, label="removed lines", zorder=1)
     _draw_lines(axes, _parameters(features.lines), color=BLUE, label="kept lines", zorder=2)
-    _draw_segments(axes, features.segments.endpoints)
+    if len(features.segments):  # else the legend would name what is not there
+        _draw_segments(axes, features.segments.endpoints)
     axes.plot(*points.T, "k.", markersize=2.5, label="measured points", zorder=6)
     draw_corners(axes, corners)
     draw_sensor(axes, ORIGIN, label="sensor")
     inside = ((corners.positions >= low) & (corners.positions <= high)).all(axis=1)
-    for position, covariance in zip(
-        corners.positions[inside], corners.covariance[inside], strict=True
-    ):
-        _draw_ellipse(axes, position, covariance)
+    for k in np.flatnonzero(inside):
+        _draw_ellipse(axes, corners.positions[k], corners.covariance[k])
     outside = len(corners) - int(inside.sum())
     if outside:
         plural = "s" * (outside > 1)

@@ -1,6 +1,7 @@
 """What comes before and after every search for walls."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -21,13 +22,7 @@ Found = tuple[FloatArray, IntArray, BoolArray]
 ALWAYS_WIDE = 0.1  # [m]; beams of a laser scanner are never that far apart at 1 m
 
 
-def check_walls(
-    range_sigma: float | None,
-    min_points: int,
-    max_missed: int,
-    max_gap: float,
-    max_pole_radius: float,
-) -> None:
+def check_walls(detector: Any) -> None:
     """Check the parameters that all detectors of walls have.
 
     Raises
@@ -35,16 +30,17 @@ def check_walls(
     ValueError
         If one is out of its range.
     """
-    if range_sigma is not None and not 0 < range_sigma <= 1:
-        raise ValueError(f"range_sigma must be in (0, 1] m, got {range_sigma!r}")
-    if not min_points >= 3:
-        raise ValueError(f"min_points must be >= 3, got {min_points!r}")
-    if not max_missed >= 0:
-        raise ValueError(f"max_missed must be >= 0, got {max_missed!r}")
-    if not 0 < max_gap < math.inf:
-        raise ValueError(f"max_gap must be > 0 m, got {max_gap!r}")
-    if not max_pole_radius >= 0:
-        raise ValueError(f"max_pole_radius must be >= 0 m, got {max_pole_radius!r}")
+    if detector.range_sigma is not None and not 0 < detector.range_sigma <= 1:
+        raise ValueError(f"range_sigma must be in (0, 1] m, got {detector.range_sigma!r}")
+    if not detector.min_points >= 3:
+        raise ValueError(f"min_points must be >= 3, got {detector.min_points!r}")
+    if not detector.max_missed >= 0:
+        raise ValueError(f"max_missed must be >= 0, got {detector.max_missed!r}")
+    for name in ("max_gap", "object_gap"):
+        if not 0 < getattr(detector, name) < math.inf:
+            raise ValueError(f"{name} must be > 0 m, got {getattr(detector, name)!r}")
+    if not detector.max_pole_radius >= 0:
+        raise ValueError(f"max_pole_radius must be >= 0 m, got {detector.max_pole_radius!r}")
 
 
 def check_gap(scan: LaserScan, max_gap: float) -> None:

@@ -83,12 +83,9 @@ class DirectHough:
     def __post_init__(self) -> None:
         """Check the parameters."""
         check_steps(self.theta_step, self.distance_step)
-        check_walls(
-            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
-        )
-        for name in ("pair_distance", "object_gap"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ValueError(f"{name} must be > 0 m, got {getattr(self, name)!r}")
+        check_walls(self)
+        if not 0 < self.pair_distance < math.inf:
+            raise ValueError(f"pair_distance must be > 0 m, got {self.pair_distance!r}")
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""

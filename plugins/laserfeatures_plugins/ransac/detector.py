@@ -65,11 +65,7 @@ class Ransac:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_walls(
-            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
-        )
-        if not 0 < self.object_gap < math.inf:
-            raise ValueError(f"object_gap must be > 0 m, got {self.object_gap!r}")
+        check_walls(self)
         if not 0 < self.confidence < 1:
             raise ValueError(f"confidence must be in (0, 1), got {self.confidence!r}")
         for name, least in (("window", 0), ("max_trials", 1), ("seed", 0)):

@@ -93,9 +93,7 @@ class RasterHough:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_walls(
-            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
-        )
+        check_walls(self)
         check_image(self.resolution, self.max_range, self.min_incidence, self.object_gap)
         if not 1e-3 <= self.theta_step <= math.pi / 8:
             raise ValueError(f"theta_step must be in [0.001, pi/8] rad, got {self.theta_step!r}")

@@ -1,6 +1,5 @@
 """The extractor `region_growing`."""
 
-import math
 from dataclasses import dataclass
 
 from laserfeatures.data import LaserScan, LineSegments
@@ -55,11 +54,7 @@ class RegionGrowing:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_walls(
-            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
-        )
-        if not 0 < self.object_gap < math.inf:
-            raise ValueError(f"object_gap must be > 0 m, got {self.object_gap!r}")
+        check_walls(self)
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""

@@ -59,13 +59,9 @@ class SplitAndMerge:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_walls(
-            self.range_sigma, self.min_points, self.max_missed, self.max_gap, self.max_pole_radius
-        )
+        check_walls(self)
         if not 0 < self.min_incidence < math.pi / 2:
             raise ValueError(f"min_incidence must be in (0, pi/2) rad, got {self.min_incidence!r}")
-        if not 0 < self.object_gap < math.inf:
-            raise ValueError(f"object_gap must be > 0 m, got {self.object_gap!r}")
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
