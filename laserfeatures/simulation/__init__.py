@@ -1,6 +1,8 @@
 """Floor plans, and a scanner that sweeps over them."""
 
+from laserfeatures.simulation.hallway import hallway
+from laserfeatures.simulation.observation import Observation
 from laserfeatures.simulation.scanner import Scanner
-from laserfeatures.simulation.world import World, hallway
+from laserfeatures.simulation.world import World
 
-__all__ = ["Scanner", "World", "hallway"]
+__all__ = ["Observation", "Scanner", "World", "hallway"]

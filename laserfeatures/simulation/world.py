@@ -1,59 +1,99 @@
-"""Worlds: floor plans of straight walls."""
+"""Worlds: floor plans of straight walls, boxes and poles."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from laserfeatures.arrays import FloatArray, Record, read_only
-from laserfeatures.data import Pose2D
+from laserfeatures.arrays import FloatArray, IntArray, Record, read_only
+
+WHITE = 0.9  # reflectivity of a painted wall
+HALF_SIDES = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) / 2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class World(Record):
     """A floor plan.
 
+    Its surfaces are numbered: the walls come first, then four sides of each box, then the poles.
+
     Parameters
     ----------
     walls : (W, 2, 2) array
-        Both ends of each wall [m].
+        Both ends of each wall [m]. A wall has no thickness.
+    boxes : (B, 5) array
+        Centre x, y, length along its own x axis, width [m] and heading [rad] of each box.
+    poles : (P, 3) array
+        Centre x, y and radius of each pole [m].
+    reflectivity : (W + B + P,) array or None
+        Share of the light that each wall, box and pole reflects, in (0, 1]; None: all white, 0.9.
+
+    Raises
+    ------
+    ValueError
+        If a shape differs, a wall has no length, a box no area or a pole no radius, or a
+        reflectivity is out of its range.
     """
 
-    walls: FloatArray
+    walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    boxes: FloatArray = field(default_factory=lambda: np.empty((0, 5)))
+    poles: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    reflectivity: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Check and lock the walls."""
+        """Check and lock the arrays."""
         walls = read_only(self.walls, "walls", (None, 2, 2))
-        self._set(walls=walls)
+        boxes = read_only(self.boxes, "boxes", (None, 5))
+        poles = read_only(self.poles, "poles", (None, 3))
+        objects = len(walls) + len(boxes) + len(poles)
+        white = np.full(objects, WHITE)
+        given = white if self.reflectivity is None else self.reflectivity
+        reflectivity = read_only(given, "reflectivity", (objects,))
+        self._set(walls=walls, boxes=boxes, poles=poles, reflectivity=reflectivity)
         for i, (start, end) in enumerate(walls):
             if not 0 < abs(end - start).max() < math.inf:
                 raise ValueError(f"wall {i} must have a finite length > 0, got {walls[i].tolist()}")
+        for i, box in enumerate(boxes):
+            if not (box[2:4].min() > 0 and np.isfinite(box).all()):
+                raise ValueError(f"box {i} must have a finite area > 0, got {box.tolist()}")
+        for i, pole in enumerate(poles):
+            if not (pole[2] > 0 and np.isfinite(pole).all()):
+                raise ValueError(f"pole {i} must have a finite radius > 0, got {pole.tolist()}")
+        for i, share in enumerate(reflectivity):
+            if not 0 < share <= 1:
+                raise ValueError(f"reflectivity {i} must be in (0, 1], got {share}")
 
     @classmethod
     def outline(cls, *polygons: ArrayLike) -> Self:
-        """Make a world of closed polygons, each (n, 2) [m]."""
+        """Make a world of closed polygons of walls, each (n, 2) [m]."""
         walls = []
         for polygon in polygons:
             points = read_only(polygon, "polygon", (None, 2))
             walls += [(points[i - 1], points[i]) for i in range(len(points))]
-        return cls(walls=walls)  # type: ignore[arg-type]
+        return cls(walls=np.array(walls).reshape(-1, 2, 2))
 
+    @cached_property
+    def sides(self) -> FloatArray:
+        """Both ends of each straight surface [m], (S, 2, 2): the walls, then four sides a box."""
+        heading = self.boxes[:, 4]
+        along = np.stack([np.cos(heading), np.sin(heading)], axis=1) * self.boxes[:, 2:3]
+        across = np.stack([-np.sin(heading), np.cos(heading)], axis=1) * self.boxes[:, 3:4]
+        corners = (
+            self.boxes[:, None, :2]
+            + HALF_SIDES[None, :, :1] * along[:, None]
+            + HALF_SIDES[None, :, 1:] * across[:, None]
+        )
+        box_sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+        sides: FloatArray = np.concatenate([self.walls, box_sides.reshape(-1, 2, 2)])
+        sides.flags.writeable = False
+        return sides
 
-def hallway() -> tuple[World, list[Pose2D]]:
-    """Return an L-shaped hallway with two door niches and a cupboard, and a path through it.
-
-    The plan is in the manner of the paper's Fig. 5: a long part where parallel walls dominate and a
-    part with oblique walls.
-    """
-    outline = [
-        (0.0, 0.0), (5.0, 0.0), (5.0, -0.3), (6.0, -0.3), (6.0, 0.0), (10.0, 0.0),
-        (10.0, 6.0), (9.0, 7.0), (8.2, 7.0), (7.6, 6.0), (7.6, 4.6), (7.9, 4.6), (7.9, 3.7),
-        (7.6, 3.7), (7.6, 2.2), (0.0, 2.2),
-    ]  # fmt: skip
-    cupboard = [(2.6, 1.8), (3.6, 1.8), (3.6, 2.2), (2.6, 2.2)]
-    path = [
-        Pose2D(1.0, 1.0, 0.0), Pose2D(2.5, 0.9, 0.1), Pose2D(4.0, 1.0, 0.0), Pose2D(5.5, 1.1, 0.2),
-        Pose2D(7.0, 1.2, 0.3), Pose2D(8.5, 1.6, 0.9), Pose2D(8.8, 2.8, 1.4), Pose2D(8.7, 4.2, 1.7),
-    ]  # fmt: skip
-    return World.outline(outline, cupboard), path
+    @cached_property
+    def object_of(self) -> IntArray:
+        """Number of each surface's wall, box or pole, as `reflectivity` counts them."""
+        walls, boxes, poles = len(self.walls), len(self.boxes), len(self.poles)
+        numbers = np.arange(walls + boxes + poles)
+        return np.repeat(numbers, [1] * walls + [4] * boxes + [1] * poles)
