@@ -8,14 +8,16 @@ import numpy as np
 import truth as truths
 from page import NONE, percent, table, verdict
 from rooms import random_room
-from scores import GATE, Score
 from speed_all import all_extractors
 
 import laserfeatures as lf
+from laserfeatures.evaluation import Score, Truth, oracle, score
+from laserfeatures.evaluation.matching import GATE
 from laserfeatures.simulation import Scanner
 
 SEEDS = range(10_000, 10_400)
 GIVEN = "direct_hough, range_sigma given"
+DEFAULT = "direct_hough"
 ORACLE = "oracle"
 
 
@@ -70,7 +72,7 @@ rooms, where the tests check them; the rooms here have niches and boxes of which
 more than four beams:"""
 
 CONSISTENCY = """Covariances: share of the corners (of pairs of lines that are walls', however far
-off; of points without lines, those paired with a corner in sight) and of the lines that lie within
+off; of points without lines, those paired with a true corner) and of the lines that lie within
 their own 95 % ellipse, scenes numbered as above. `range_sigma` is estimated from each scan but
 where it says given."""
 
@@ -89,10 +91,11 @@ def measured(options):
 def section(options):
     """Return the section's paragraphs."""
     scores = measured(options)
-    oracle = scores[CLEAN][ORACLE]
+    every = scores[CLEAN][ORACLE][0]
+    sights = scores[CLEAN][DEFAULT][1]
     scans = options.repeats(len(SEEDS))
     method = METHOD.format(
-        sights=oracle.in_sight.true / scans, crossings=oracle.corners.true / scans
+        sights=sights.features_true / scans, crossings=every.features_true / scans
     )
     return [
         "## Accuracy in simulated rooms", method,
@@ -102,27 +105,42 @@ def section(options):
 
 
 def _scores(scene, seeds, extractors):
-    scores = {name: Score() for name in [*extractors, ORACLE]}
+    found = {name: [] for name in [*extractors, ORACLE]}
     for seed in seeds:
         world, pose = random_room(seed, scale=scene.scale)
         rng = np.random.default_rng((seed, 1))
         scan, truth = truths.sense(
             world, scene.scanner, pose, rng, outliers=scene.outliers, isolated=scene.isolated
         )
-        true = truths.corners(truth.crossings)
         sights = truths.junctions(world, scene.scanner, pose)
-        theta, d = truths.oracle(scan, truth)
-        scores[ORACLE].add_lines(theta, d, np.arange(theta.size), truth)
-        scores[ORACLE].corners.add(truths.corners(truths.cross_all(theta, d)), true)
-        scores[ORACLE].in_sight.add(np.empty((0, 2)), sights)  # how many there are
+        sights = Truth.of_corners(scan, sights, np.ones(len(sights), bool))
         for name, extractor in extractors.items():
-            scores[name].add(extractor(scan), truth, true, sights)
-    return scores
+            features = extractor(scan)
+            found[name].append((score(features, truth), score(_real(features), sights)))
+        found[ORACLE].append((score(oracle(scan, truth), truth), Score()))
+    return {
+        name: [Score.total(part) for part in zip(*parts, strict=True)]
+        for name, parts in found.items()
+    }
+
+
+def _real(features):
+    """Return the same without the virtual corners."""
+    corners = features.corners
+    real = corners.real
+    kept = lf.PointFeatures(
+        positions=corners.positions[real],
+        covariance=corners.covariance[real],
+        lines=corners.lines[real],
+        angles=corners.angles[real],
+        real=real[real],
+    )
+    return lf.Features(scan=features.scan, segments=features.segments, corners=kept)
 
 
 def _tables(scores):
-    corners = [[name, *_corner_cells(score)] for name, score in scores.items()]
-    lines = [[name, *_line_cells(score)] for name, score in scores.items()]
+    corners = [[name, *_corner_cells(*score)] for name, score in scores.items()]
+    lines = [[name, *_line_cells(every)] for name, (every, _) in scores.items()]
     return [
         table(["corners", "F1", "precision", "recall", "error, median [mm]", "rms [mm]",
                "in sight: precision", "recall", "error, median [mm]"], corners),
@@ -131,24 +149,25 @@ def _tables(scores):
     ]  # fmt: skip
 
 
-def _corner_cells(score):
-    every, seen = score.corners, score.in_sight
-    cells = [
-        f"{every.f1:.3f}", f"{every.precision:.3f}", f"{every.recall:.3f}",
-        f"{every.median:.1f}", f"{every.rms:.1f}",
-    ]  # fmt: skip
-    if not seen.found:
+def _corner_cells(every, seen):
+    cells = [f"{every.f1:.3f}", *_precision_and_recall(every),
+             f"{1e3 * every.median_error:.1f}", f"{1e3 * every.rms_error:.1f}"]  # fmt: skip
+    if not seen.features_extracted:
         return [*cells, *3 * [NONE]]
-    return [*cells, f"{seen.precision:.3f}", f"{seen.recall:.3f}", f"{seen.median:.1f}"]
+    return [*cells, *_precision_and_recall(seen), f"{1e3 * seen.median_error:.1f}"]
+
+
+def _precision_and_recall(score):
+    return f"{1 - score.fp_percent / 100:.3f}", f"{score.tp_percent / 100:.3f}"
 
 
 def _line_cells(score):
-    if not score.line_found:
+    if not score.lines_extracted:
         return 7 * [NONE]
-    turns, shifts = np.degrees(score.turns), 1e3 * np.array(score.shifts)
+    turns, shifts = np.degrees(abs(score.angle_errors)), 1e3 * abs(score.distance_errors)
     return [
-        f"{score.precision:.3f}", f"{score.recall:.3f}",
-        f"{score.repeats / score.line_found:.3f}",
+        f"{score.line_precision:.3f}", f"{score.line_recall:.3f}",
+        f"{score.duplicates / score.lines_extracted:.3f}",
         f"{np.median(turns):.3f}", f"{np.median(shifts):.1f}",
         f"{np.percentile(turns, 90):.2f}", f"{np.percentile(shifts, 90):.1f}",
     ]  # fmt: skip
@@ -157,20 +176,22 @@ def _line_cells(score):
 def _targets(scores):
     rows = []
     for name in ("ransac", "region_growing", "split_and_merge"):
-        score = scores[CLEAN][name]
-        angle = math.degrees(np.median(score.turns))
-        met = min(score.recall, score.precision) >= RIGHT and angle <= ANGLE and not score.repeats
+        every = scores[CLEAN][name][0]
+        angle = math.degrees(np.median(abs(every.angle_errors)))
+        right = min(every.line_recall, every.line_precision) >= RIGHT
+        met = right and angle <= ANGLE and not every.duplicates
         rows.append([
             f"{name}, scene 1: recall and precision at least {RIGHT:g}, angle at most {ANGLE:g}°",
-            f"{score.recall:.3f}", f"{score.precision:.3f}", f"{angle:.3f}°", score.repeats,
+            f"{every.line_recall:.3f}", f"{every.line_precision:.3f}", f"{angle:.3f}°",
+            every.duplicates,
             verdict(met),
         ])  # fmt: skip
     for name in ("ransac", "direct_hough"):
-        score = scores[ISOLATED][name]
+        every = scores[ISOLATED][name][0]
         rows.append([
             f"{name}, scene {len(SCENES)}: recall at least {FOUND:g}, precision at least {TRUE:g}",
-            f"{score.recall:.3f}", f"{score.precision:.3f}", NONE, NONE,
-            verdict(score.recall >= FOUND and score.precision >= TRUE),
+            f"{every.line_recall:.3f}", f"{every.line_precision:.3f}", NONE, NONE,
+            verdict(every.line_recall >= FOUND and every.line_precision >= TRUE),
         ])  # fmt: skip
     return table(["target", "recall", "precision", "angle", "duplicates", ""], rows)
 
@@ -178,8 +199,8 @@ def _targets(scores):
 def _consistency(scores):
     names = [name for name in scores[CLEAN] if name not in {ORACLE, "preset paper"}]
     rows = [
-        [name, *(_inside(getattr(scores[scene][name], kind)) for scene in SCENES
-                 for kind in ("corner_inside", "line_inside"))]
+        [name, *(_inside(getattr(scores[scene][name][0], kind)) for scene in SCENES
+                 for kind in ("corner_consistency", "line_consistency"))]
         for name in names
     ]  # fmt: skip
     header = [
@@ -188,5 +209,5 @@ def _consistency(scores):
     return table(["inside", *header], rows)
 
 
-def _inside(flags):
-    return percent(np.mean(flags)) if flags else NONE
+def _inside(share):
+    return NONE if math.isnan(share) else percent(share)

@@ -11,6 +11,8 @@ import truth as truths
 from rooms import plain_room
 
 import laserfeatures as lf
+from laserfeatures.evaluation import Truth
+from laserfeatures.evaluation.true_lines import difference
 from laserfeatures.simulation import Scanner
 
 THETA_STEP = math.radians(1)
@@ -34,7 +36,7 @@ class Case:
     """A scan, what is true of it, and the corners that a person sees in it."""
 
     scan: lf.LaserScan
-    truth: truths.Truth
+    truth: Truth
     junctions: np.ndarray
 
 
@@ -96,10 +98,10 @@ def faults(features, case):
     truth = case.truth
     limits = np.maximum(LIMITS, SIGMAS * truths.sigmas(case.scan, truth, RANGE_SIGMA))
     for k, (most_turn, most_shift) in enumerate(limits):
-        turn, shift = truths.difference(found.theta, found.d, truth.theta[k], truth.d[k])
+        turn, shift = difference(found.theta, found.d, truth.theta[k], truth.d[k])
         right = (abs(turn) < most_turn) & (abs(shift) < most_shift)
         if right.sum() != 1:
-            wrong.append(f"wall {k} of {(truth.beams == k).sum()} beams found {right.sum()} times")
+            wrong.append(f"wall {k} of {(truth.line == k).sum()} beams found {right.sum()} times")
     if len(found) != truth.theta.size:
         wrong.append(f"{len(found)} lines for {truth.theta.size} walls")
     for corner, gap in zip(case.junctions, nearest(case.junctions, features.corners), strict=True):
@@ -121,7 +123,7 @@ def walls_met(theta, d, truth, theta_step=THETA_STEP):
     """
     hits = np.zeros(truth.theta.size, dtype=int)
     for line in zip(theta, d, strict=True):
-        turn, shift = truths.difference(truth.theta, truth.d, *line)
+        turn, shift = difference(truth.theta, truth.d, *line)
         off = np.maximum(abs(turn) / theta_step, abs(shift) / DISTANCE_STEP)
         if off.size and off.min() <= 2:
             hits[off.argmin()] += 1

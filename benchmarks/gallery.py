@@ -16,6 +16,7 @@ from rooms import plain_room
 
 import laserfeatures as lf
 from laserfeatures import figures
+from laserfeatures.evaluation.truth import in_sensor_frame
 from laserfeatures.simulation import Scanner
 
 ROOT = Path(__file__).parents[1]
@@ -37,7 +38,7 @@ def main():
     pose = poses[0]
     rng = np.random.default_rng(1)
     made, _ = truths.sense(world, FALSE, pose, rng, outliers=0.2, isolated=True)
-    walls = truths.in_sensor_frame(world, pose)
+    walls = in_sensor_frame(world.sides, pose)
     for name in lf.list_extractors():
         figure = picture(lf.get_extractor(name), real, made, walls)
         path = arguments.docs / f"extractor_{name}.png"

@@ -5,18 +5,16 @@ what turns its result into theta [rad] and d [m], to be checked. Points are Cart
 is drawn beforehand, in the peers' favour.
 """
 
-import math
-
 import contest
 import cv2
 import numpy as np
-import truth as truths
 from laserfeatures_plugins.raster.drawing import Blur, draw
 from laserfeatures_plugins.raster.outline import outline
 from skimage.measure import LineModelND, ransac
 from skimage.transform import hough_line, hough_line_peaks
 
 import laserfeatures as lf
+from laserfeatures.evaluation.true_lines import lines_through
 
 SHORTEST = 0.5  # [m], of a wall that a user of an image would ask for
 TRIALS = 100  # of skimage's RANSAC, its default
@@ -140,10 +138,4 @@ def _in_metres(picture, theta, rho):
 
 def _through(start, end):
     """Return theta and d of the lines through points (L, 2)."""
-    step = end - start
-    normal = np.arctan2(step[:, 0], -step[:, 1])
-    lines = [
-        truths.normalised(angle, x * math.cos(angle) + y * math.sin(angle))
-        for angle, (x, y) in zip(normal, start, strict=True)
-    ]
-    return np.array(lines).reshape(-1, 2).T
+    return np.stack(lines_through(np.stack([start, end], axis=1)))

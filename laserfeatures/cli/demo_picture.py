@@ -37,7 +37,8 @@ def demo_figure(extractor: "Pipeline", visits: list[Visit]) -> "Figure":
 def _draw_plan(axes: "Axes", visits: list[Visit]) -> None:
     world, _ = hallway()
     axes.plot(*world.walls.transpose(2, 1, 0), color="0.8", linewidth=5, solid_capstyle="round")
-    truth = np.unique(np.concatenate([visit.truth for visit in visits]).round(6), axis=0)
+    corners = [visit.pose.transform(visit.truth.corners) for visit in visits]
+    truth = np.unique(np.concatenate(corners).round(6), axis=0)
     axes.plot(
         *truth.T, "o", color="0.5", markersize=11, fillstyle="none", label="crossings of walls"
     )
