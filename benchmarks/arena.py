@@ -1,11 +1,11 @@
 """The report's section on the 2 m arena: are its four inner corners found, and how exactly."""
 
-import arena_truth
 import numpy as np
 from page import new_figure, table
 
 import laserfeatures as lf
 from laserfeatures import figures
+from laserfeatures.testbench.real import arena as arena_truth
 
 FOLDER = "urg/brenner_robot4"
 NAMES = ("(0, 0)", "(1, 0)", "(1, 1)", "(0, 1)")
@@ -14,12 +14,12 @@ OFF_WALL = 0.1  # [m]
 PICTURED = 10
 
 METHOD = """`urg/brenner_robot4`: {scans} scans in a walled square of 2 m with six poles. The
-truth comes from the raw points alone (`benchmarks/arena_truth.py`): the pose of each scan is the
-one that lays its points best on a square (least distances to the nearest side, cut at {cut:.0f}
-cm, from the reference position and all headings; then a robust least-squares fit). Points on
-walls lie {residual:.1f} mm (median) from the fitted square. Check by what had no part in the fit:
-{poles:.0%} of the points inside the square lie within {near:.0f} cm of the centre of one of the
-six surveyed poles, {scaled_poles:.0%} with the angles scaled, as follows.
+truth comes from the raw points alone (`laserfeatures/testbench/real/arena.py`): the pose of
+each scan is the one that lays its points best on a square (least distances to the nearest side,
+cut at {cut:.0f} cm, from the reference position and all headings; then a robust least-squares
+fit). Points on walls lie {residual:.1f} mm (median) from the fitted square. Check by what had no
+part in the fit: {poles:.0%} of the points inside the square lie within {near:.0f} cm of the centre
+of one of the six surveyed poles, {scaled_poles:.0%} with the angles scaled, as follows.
 
 The side that fits best is {side:.3f} m as recorded (median of the {seen} scans that see all four
 sides, 10..90 %: {side_low:.3f}..{side_high:.3f}), not 2.000 m, nor the 2.02 to 2.04 m that the
@@ -41,10 +41,7 @@ def section(options):
     folder = options.data / FOLDER
     with lf.open_source(folder) as source:
         scans = list(source)
-    reference, landmarks = (
-        folder / "robot4_reference.txt.gz",
-        folder / "robot_arena_landmarks.txt.gz",
-    )
+    reference, landmarks = folder / arena_truth.REFERENCE, folder / arena_truth.LANDMARKS
     poses = arena_truth.first_poses(scans, reference)
     (side, scaled_side, scale), (low, high), seen = arena_truth.calibrate(scans, poses)
     straight = [arena_truth.scaled(scan, scale) for scan in scans]

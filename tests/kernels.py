@@ -146,10 +146,10 @@ def give_to_nearest(points, owner, table, gate=0.0):
     return owner, changed
 
 
-def share_points(points, owner, table, min_points, *, gate=0.0, refit=False):
+def share_points(points, owner, table, min_points, *, gate=0.0, sigma=0.005, refit=False):
     """Return owners and walls afterwards."""
     owner, table = owner.copy(), table.copy()
-    _compiled(sharing.share_points)(*_xy(points), owner, table, gate, refit, min_points)
+    _compiled(sharing.share_points)(*_xy(points), owner, table, gate, sigma, refit, min_points)
     return owner, table
 
 

@@ -4,9 +4,8 @@ import numpy as np
 from cli_runs import fails, run
 
 import laserfeatures as lf
-from laserfeatures import Pose2D
-from laserfeatures.cli.tour import crossings_in_view, tour
-from laserfeatures.simulation import Scanner, World, hallway
+from laserfeatures.cli.tour import tour
+from laserfeatures.simulation import hallway
 
 
 def test_the_demo_prints_a_table_and_draws_a_picture(tmp_path):
@@ -37,20 +36,3 @@ def test_without_matplotlib_the_table_is_still_printed(tmp_path, monkeypatch):
 
 def test_an_ending_that_is_no_picture_is_told_first(tmp_path):
     assert "must end in one of" in fails("demo", "-o", tmp_path / "demo.xyz")
-
-
-def test_crossings_of_the_walls_in_view():
-    box = World.outline([(0, 0), (4, 0), (4, 3), (0, 3)])
-    turned = Scanner(beams=361, field_of_view=2 * np.pi)
-    found = crossings_in_view(box, turned, Pose2D(1.0, 1.0, 0.3))
-    np.testing.assert_allclose(sorted(found.tolist()), [[0, 0], [0, 3], [4, 0], [4, 3]], atol=1e-9)
-    # Looking along x, the wall behind is not seen.
-    ahead = crossings_in_view(box, Scanner(field_of_view=2.0), Pose2D(1.0, 1.0, 0.0))
-    np.testing.assert_allclose(sorted(ahead.tolist()), [[4, 0], [4, 3]], atol=1e-9)
-
-
-def test_collinear_walls_are_one_line():
-    # A wall with a gap, and a wall across: one crossing, not two.
-    world = World(walls=[[[0, 2], [2, 2]], [[5, 2], [3, 2]], [[5, -1], [5, 2]]])
-    found = crossings_in_view(world, Scanner(), Pose2D(2.5, 0.0, np.pi / 4))
-    np.testing.assert_allclose(found, [[5, 2]], atol=1e-9)

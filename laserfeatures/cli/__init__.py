@@ -10,6 +10,8 @@ from laserfeatures.cli.extractors import extractors
 from laserfeatures.cli.group import NAME, CommandGroup
 from laserfeatures.cli.info import info
 from laserfeatures.cli.plot import plot
+from laserfeatures.cli.simulate import simulate
+from laserfeatures.cli.testbench import testbench
 
 __all__ = ["main"]
 
@@ -26,6 +28,8 @@ def main() -> None:
       laserfeatures plot run.log.gz --scan 0 -o s.png    see what is found
       laserfeatures extract run.log.gz -o out.jsonl      get it, scan by scan
       laserfeatures compare run.log.gz -o report.html    see which extractor suits it
+      laserfeatures simulate office.toml -o run.log      let a robot record a log
+      laserfeatures testbench all                        run the paper's tables again
 
     \b
     Completion of commands, options, extractors and parameters: a line for the shell's start file.
@@ -35,5 +39,5 @@ def main() -> None:
     """  # noqa: D301 - click's mark for lines to keep is a backspace
 
 
-for command in (compare, demo, extract, extractors, info, plot):
+for command in (compare, demo, extract, extractors, info, plot, simulate, testbench):
     main.add_command(command)

@@ -122,11 +122,11 @@ def select(
 
 @contextmanager
 def progress(
-    items: Iterable[Any], *, length: int | None, to_stdout: bool
+    items: Iterable[Any], *, length: int | None, to_stdout: bool, label: str = "scans"
 ) -> Iterator[Iterable[Any]]:
     """Show a bar on a terminal, and nothing in a pipe or where it would cross the output."""
     hidden = not sys.stderr.isatty() or (to_stdout and sys.stdout.isatty())
     with click.progressbar(
-        items, length=length, label="scans", show_pos=True, hidden=hidden, file=sys.stderr
+        items, length=length, label=label, show_pos=True, hidden=hidden, file=sys.stderr
     ) as bar:
         yield bar

@@ -1,5 +1,7 @@
 """Which of what was found is which of what is true, one to one."""
 
+import math
+
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
@@ -31,9 +33,13 @@ def match_corners(
 
     Raises
     ------
+    ValueError
+        If the gate is not a distance.
     MissingDependencyError
         If SciPy is missing.
     """
+    if not 0 < gate < math.inf:
+        raise ValueError(f"gate must be > 0 m and finite, got {gate!r}")
     gaps = np.hypot(*(found[:, None] - true[None]).transpose(2, 0, 1))
     # A pair that is too far costs more than all near pairs together.
     rows, columns = _assign(np.where(gaps <= gate, gaps, gate * (1 + min(gaps.shape))))
@@ -61,17 +67,24 @@ def match_lines(segments: LineSegments, truth: Truth) -> tuple[IntArray, int]:
 
     Raises
     ------
+    ValueError
+        If they are of scans of different sizes.
     MissingDependencyError
         If SciPy is missing.
     """
+    if segments.points.shape[1] != truth.line.size:
+        raise ValueError(
+            f"features and truth must be of one scan, got {segments.points.shape[1]} and "
+            f"{truth.line.size} beams"
+        )
     members = np.zeros((len(segments.lines), truth.line.size), dtype=np.int64)
     np.logical_or.at(members, segments.line, segments.points)
     on_line = truth.line[None] == np.arange(truth.theta.size)[:, None]
     shared = members @ on_line.T
-    mostly = 2 * shared >= members.sum(axis=1)[:, None]
+    mostly = (shared > 0) & (2 * shared >= members.sum(axis=1)[:, None])
     wall = np.full(len(segments.lines), -1)
     rows, columns = _assign(-np.where(mostly, shared, 0))
-    taken = mostly[rows, columns] & (shared[rows, columns] > 0)
+    taken = mostly[rows, columns]
     wall[rows[taken]] = columns[taken]
     return wall, int((mostly.any(axis=1) & (wall < 0)).sum())
 
@@ -82,7 +95,7 @@ def _assign(cost: FloatArray) -> tuple[IntArray, IntArray]:
         from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - 0.1 s to import
     except ImportError as error:
         raise MissingDependencyError(
-            "scores need SciPy: pip install laserfeatures[evaluation]"
+            "scores need SciPy: pip install 'laserfeatures[evaluation]'"
         ) from error
     rows, columns = linear_sum_assignment(cost)
     return rows, columns

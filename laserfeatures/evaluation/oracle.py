@@ -44,14 +44,14 @@ def _corners(theta: FloatArray, d: FloatArray) -> PointFeatures:
 
 
 def _points_of(scan: LaserScan, beams: BoolArray) -> FloatArray:
-    points: FloatArray = (scan.ranges[:, None] * scan.directions)[beams]
+    points: FloatArray = scan.ranges[beams, None] * scan.directions[beams]
     return points
 
 
 def _fit(points: FloatArray) -> FloatArray:
     """Return theta, d, rms, and both ends of the total-least-squares line through points."""
     centre = points.mean(axis=0)
-    _, spread, axes = np.linalg.svd(points - centre)
+    _, spread, axes = np.linalg.svd(points - centre, full_matrices=False)
     along, normal = axes
     ends = centre + np.outer(((points - centre) @ along)[[0, -1]], along)
     rms = spread[-1] / np.sqrt(len(points))

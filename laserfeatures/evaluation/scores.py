@@ -131,12 +131,14 @@ def score(features: Features, truth: Truth, gate: float = GATE) -> Score:
     features : Features
         What was found.
     truth : Truth
-        What is true; where it has no lines, only corners are scored.
+        What is true; where only the corners are known, only they are scored.
     gate : float
         Largest distance of a corner from its true one [m].
 
     Raises
     ------
+    ValueError
+        If the gate is not a distance, or the scans of features and truth differ in size.
     MissingDependencyError
         If SciPy is missing.
 
@@ -158,16 +160,16 @@ def score(features: Features, truth: Truth, gate: float = GATE) -> Score:
         errors=np.hypot(*error.T),
         confusion=confusion,
     )
-    if not len(features.lines) or not truth.theta.size:
-        nees = _squared_mahalanobis(error, corners.covariance[found])
-        lines = len(features.lines) if truth.theta.size else 0
+    if not truth.lines_known:
         return of_corners + Score(
-            corner_nees=nees, lines_true=truth.theta.size, lines_extracted=lines
+            corner_nees=_squared_mahalanobis(error, corners.covariance[found])
         )
-    return of_corners + _score_lines(features, truth)
+    matched = np.full(len(corners), -1)
+    matched[found] = true
+    return of_corners + _score_lines(features, truth, matched)
 
 
-def _score_lines(features: Features, truth: Truth) -> Score:
+def _score_lines(features: Features, truth: Truth, matched: IntArray) -> Score:
     lines = features.lines
     wall, duplicates = match_lines(features.segments, truth)
     mine = np.flatnonzero(wall >= 0)
@@ -181,17 +183,19 @@ def _score_lines(features: Features, truth: Truth) -> Score:
         duplicates=duplicates,
         angle_errors=turn,
         distance_errors=shift,
-        corner_nees=_corner_nees(features, truth, wall),
+        corner_nees=_corner_nees(features, truth, wall, matched),
         line_nees=_squared_mahalanobis(np.stack([turn, shift], axis=1), lines.covariance[mine]),
     )
 
 
-def _corner_nees(features: Features, truth: Truth, wall: IntArray) -> FloatArray:
+def _corner_nees(features: Features, truth: Truth, wall: IntArray, matched: IntArray) -> FloatArray:
     corners = features.corners
+    wall = np.append(wall, -1)  # of a corner without lines, whose lines are -1
     number = np.full((truth.theta.size + 1,) * 2, -1)
     i, j = truth.pairs.T
     number[i, j] = number[j, i] = np.arange(len(truth.corners))
-    mine = number[wall[corners.lines[:, 0]], wall[corners.lines[:, 1]]]
+    crossing = number[wall[corners.lines[:, 0]], wall[corners.lines[:, 1]]]
+    mine = np.where(corners.lines[:, 0] < 0, matched, crossing)
     known = mine >= 0
     error = corners.positions[known] - truth.corners[mine[known]]
     return _squared_mahalanobis(error, corners.covariance[known])
@@ -204,7 +208,7 @@ def _squared_mahalanobis(error: FloatArray, covariance: FloatArray) -> FloatArra
     det = a * c - b * b
     with np.errstate(invalid="ignore", divide="ignore"):
         distance = (c * x * x - 2 * b * x * y + a * y * y) / det
-        valid = np.isfinite(distance) & (det > 0)
+        valid = np.isfinite(distance) & (det > 0) & (a > 0)
     return np.where(valid, distance, math.inf)
 
 

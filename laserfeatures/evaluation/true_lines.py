@@ -21,7 +21,7 @@ def lines_through(ends: FloatArray) -> tuple[FloatArray, FloatArray]:
 def normalised(theta: FloatArray, d: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the same lines with theta in [0, pi)."""
     turns = np.floor(theta / math.pi)
-    theta = theta - turns * math.pi
+    theta = np.maximum(theta - turns * math.pi, 0.0)  # rounding may leave a hair less
     whole = theta >= math.pi  # what rounding makes of a tiny negative angle
     return np.where(whole, 0.0, theta), np.where((turns + whole) % 2, -d, d)
 
@@ -41,8 +41,10 @@ def difference(
 def merge_collinear(theta: FloatArray, d: FloatArray) -> IntArray:
     """Return for each line the number of the first line that is the same, (K,)."""
     turn, shift = difference(theta[:, None], d[:, None], theta[None], d[None])
-    same: IntArray = ((abs(turn) < SAME) & (abs(shift) < SAME)).argmax(axis=1)
-    return same
+    same = (abs(turn) < SAME) & (abs(shift) < SAME)
+    numbers = np.where(same, np.arange(theta.size), theta.size)
+    first: IntArray = numbers.min(axis=1, initial=theta.size)
+    return first
 
 
 def cross(theta: FloatArray, d: FloatArray) -> tuple[FloatArray, IntArray]:

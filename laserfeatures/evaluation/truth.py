@@ -32,6 +32,8 @@ class Truth(Record):
         The two true lines of each corner; -1, -1 where no lines are known.
     real : (K,) bool array
         True for a real corner: surfaces on both lines that beams hit meet there.
+    lines_known : bool
+        False where only the corners are known: lines are not scored.
     """
 
     theta: FloatArray
@@ -40,6 +42,7 @@ class Truth(Record):
     corners: FloatArray
     pairs: IntArray
     real: BoolArray
+    lines_known: bool = True
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -66,6 +69,7 @@ class Truth(Record):
             corners=corners,
             pairs=np.full((len(corners), 2), -1),
             real=np.asarray(real, np.bool_),
+            lines_known=False,
         )
 
 

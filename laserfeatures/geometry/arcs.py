@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper
 
@@ -23,24 +25,52 @@ def set_arcs_aside(
 ) -> None:
     """Label the points of isolated objects whose visible side is an arc convex to the sensor.
 
-    An object is a stretch of the scan between two jumps of more than `jump` metres. It is an arc
-    where a circle explains its points and a line does not.
+    An object is a stretch of the scan between two jumps of more than `jump` metres; single beams
+    that jump out of it and back are not part of it. It is an arc where a circle explains its points
+    and a line does not.
     """
-    first = 0
-    for i in range(1, x.size + 1):
-        if i < x.size:
-            step = (x[i] - x[i - 1]) ** 2 + (y[i] - y[i - 1]) ** 2
-            if step <= jump * jump and beam[i] - beam[i - 1] <= MAX_MISSED + 1:
-                continue
-        if i - first >= 4:
-            size = extent(x[first:i], y[first:i])
-            across = math.hypot(x[i - 1] - x[first], y[i - 1] - y[first])
-            if (across < POST and size < 4.0 * POST) or (
-                size < 2.5 * max_radius and is_arc(x[first:i], y[first:i], sigma, max_radius)
-            ):
-                for j in range(first, i):
-                    owner[j] = label
-        first = i
+    members = np.empty(x.size, np.int64)
+    count = 0
+    i = 0
+    while i < x.size:
+        members[count] = i
+        count += 1
+        after = next_of_object(x, y, beam, i, jump)
+        if after == 0:
+            if count >= 4:
+                first = members[0]
+                if i - first < count:  # nothing left out: no copies
+                    found = is_round(x[first : i + 1], y[first : i + 1], sigma, max_radius)
+                else:
+                    mine = members[:count]
+                    found = is_round(x[mine], y[mine], sigma, max_radius)
+                if found:
+                    for j in members[:count]:
+                        owner[j] = label
+            count = 0
+            after = i + 1
+        i = after
+
+
+@helper
+def next_of_object(x: FloatArray, y: FloatArray, beam: IntArray, i: int, jump: float) -> int:
+    """Return the next point of the object that point i is on, or 0 if there is none."""
+    j = i + 1
+    while j < x.size and beam[j] - beam[i] <= MAX_MISSED + 1:
+        if (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2 <= jump * jump:
+            return j
+        j += 1
+    return 0
+
+
+@helper
+def is_round(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> bool:
+    """Tell whether an object's points are a post's, or lie on an arc."""
+    size = extent(x, y)
+    across = math.hypot(x[-1] - x[0], y[-1] - y[0])
+    return (across < POST and size < 4.0 * POST) or (
+        size < 2.5 * max_radius and is_arc(x, y, sigma, max_radius)
+    )
 
 
 @helper

@@ -9,11 +9,13 @@ from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.data import LaserScan, Lines, LineSegments
 from laserfeatures.geometry.arcs import set_arcs_aside
 from laserfeatures.geometry.compiled import inlined
+from laserfeatures.geometry.crumbs import drop_crumbs
 from laserfeatures.geometry.noise import estimate_sigma
 from laserfeatures.geometry.points import returns
 from laserfeatures.geometry.segments import MAX_GROWTH, Segments, cut_segments
 from laserfeatures.geometry.sharing import merge_pieces, share_points
-from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of, members_of
+from laserfeatures.geometry.short_walls import add_short_walls
+from laserfeatures.geometry.walls import FREE, ROUND, Cut, lines_of, members_of, widen
 
 # What a kernel returns: the numbers of lines and segments in one array, the line of each segment,
 # and which beams it holds. Handing an array to Python takes half a microsecond, a view of it less.
@@ -100,17 +102,28 @@ def settle(
     refit: bool,
     cut: Cut,
 ) -> Found:
-    """Merge the pieces of walls, share out the points at corners, cut the lines into segments.
+    """Turn what a search found into lines and their segments.
+
+    The shortest walls get their ends back, pieces of one wall are merged, the points at corners
+    shared out, the lines cut into segments, and what is too small for one is dropped.
 
     Points that are free still and within `gate` of a wall beside them join it; 0 leaves them free.
     `refit` says that the walls' fits are not the weighted ones of `fit_line` yet.
     """
+    walls = add_short_walls(x, y, beam, owner, walls, sigma, cut)
     merge_pieces(x, y, owner, walls, sigma)
-    line, member = share_points(x, y, owner, walls, gate, refit, cut[0])
+    line, member = share_points(x, y, owner, walls, gate, sigma, refit, cut[0])
     if refit and merge_pieces(x, y, owner, walls, sigma):  # rough fits had kept pieces apart
         line, member = members_of(owner, walls, cut[0])
     theta, d, support, covariance = lines_of(walls, cut[0], sigma)
     segments = cut_segments(x, y, beam, beams, theta, d, line, member, cut[1], cut[2], MAX_GROWTH)
+    if drop_crumbs(x, y, owner, walls, member, segments[2], cut[0]):
+        line, member = members_of(owner, walls, cut[0])
+        theta, d, support, covariance = lines_of(walls, cut[0], sigma)
+        segments = cut_segments(
+            x, y, beam, beams, theta, d, line, member, cut[1], cut[2], MAX_GROWTH
+        )
+    widen(x, y, line, member, theta, d, covariance, sigma)
     return pack(theta, d, support, covariance, segments)
 
 

@@ -6,7 +6,9 @@ import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper, inlined
+from laserfeatures.geometry.corner_points import part_at_corners
 from laserfeatures.geometry.fit import fit_line, off_line
+from laserfeatures.geometry.growth import gate_of
 from laserfeatures.geometry.walls import FREE, gather, is_wall, keep_wall, members_of
 
 TURN = 0.05  # [rad]; pieces of one real wall differ by no more
@@ -75,10 +77,11 @@ def share_points(
     owner: IntArray,
     walls: FloatArray,
     gate: float,
+    sigma: float,
     refit: bool,
     min_points: int,
 ) -> tuple[IntArray, IntArray]:
-    """Give the points at the ends of walls to the nearest wall and refit, in place.
+    """Give the points at the ends of walls to the wall that they are on and refit, in place.
 
     Free points within `gate` of a wall beside them join it. The walls that change are refitted, or
     all where `refit`. A wall that loses too many of its points keeps its fit but not the right to
@@ -88,7 +91,9 @@ def share_points(
     for round_ in range(ROUNDS):
         for k in range(walls.shape[0]):
             changed[k] = refit and round_ == 0
-        if not give_to_nearest(x, y, owner, walls, gate, changed) and round_ > 0:
+        moved = give_to_nearest(x, y, owner, walls, gate, changed)
+        moved |= part_at_corners(x, y, owner, walls, gate_of(sigma), changed)
+        if not moved and round_ > 0:
             break
         line, member = members_of(owner, walls, min_points)
         first = 0

@@ -21,6 +21,7 @@ FEW = 12
 GRAZING = 0.06  # cos(incidence) under which so few points are a jump edge rather than a wall
 FLAT_RADIUS = 1.0  # [m]; what bends less is a wall, if no perfect one
 CURVED = 4.0  # standard deviations at which a quadratic term is no chance
+PRIOR = 4.0  # points; fewer residuals alone do not tell the noise
 
 
 @helper
@@ -115,6 +116,42 @@ def lines_of(
             support[new] = walls[k, 5]
             new += 1
     return theta, d, support, covariance
+
+
+@inlined
+def widen(
+    x: FloatArray,
+    y: FloatArray,
+    line: IntArray,
+    member: IntArray,
+    theta: FloatArray,
+    d: FloatArray,
+    covariance: FloatArray,
+    sigma: float,
+) -> None:
+    """Widen the covariances of lines whose points lie farther off than the noise explains.
+
+    By the ratio of both (Birge 1932), where the noise counts as much as `PRIOR` points that it
+    explains: a wall that is not flat, a sensor that is worse far away or at dark walls, a point
+    that is not on the wall.
+    """
+    square = np.zeros(theta.size)
+    count = np.zeros(theta.size)
+    cos = np.cos(theta)
+    sin = np.sin(theta)
+    for m in range(member.size):
+        k = line[m]
+        i = member[m]
+        normal = x[i] * cos[k] + y[i] * sin[k]
+        incidence = normal * normal / (x[i] * x[i] + y[i] * y[i])
+        square[k] += (normal - d[k]) ** 2 / (incidence + INCIDENCE_FLOOR)
+        count[k] += 1.0
+    for k in range(theta.size):
+        ratio = (PRIOR + square[k] / (sigma * sigma)) / (PRIOR + count[k] - 2.0)
+        if ratio > 1.0:
+            for i in range(2):
+                for j in range(2):
+                    covariance[k, i, j] *= ratio
 
 
 @helper

@@ -9,8 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from laserfeatures.arrays import FloatArray, IntArray, Record, read_only
+from laserfeatures.scan import Pose2D
+from laserfeatures.simulation.distances import to_boxes, to_poles, to_walls
 
 WHITE = 0.9  # reflectivity of a painted wall
+SHORTEST = 1e-9  # [m]; what is shorter has no length
+NEAREST = 1e-3  # [m]; a sensor nearer to a surface than this is taken to stand on it
 HALF_SIDES = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) / 2
 
 
@@ -54,7 +58,7 @@ class World(Record):
         reflectivity = read_only(given, "reflectivity", (objects,))
         self._set(walls=walls, boxes=boxes, poles=poles, reflectivity=reflectivity)
         for i, (start, end) in enumerate(walls):
-            if not 0 < abs(end - start).max() < math.inf:
+            if not SHORTEST <= abs(end - start).max() < math.inf:
                 raise ValueError(f"wall {i} must have a finite length > 0, got {walls[i].tolist()}")
         for i, box in enumerate(boxes):
             if not (box[2:4].min() > 0 and np.isfinite(box).all()):
@@ -97,3 +101,51 @@ class World(Record):
         walls, boxes, poles = len(self.walls), len(self.boxes), len(self.poles)
         numbers = np.arange(walls + boxes + poles)
         return np.repeat(numbers, [1] * walls + [4] * boxes + [1] * poles)
+
+    @cached_property
+    def reflectivity_of_surface(self) -> FloatArray:
+        """Share of the light that each surface reflects, (surfaces,)."""
+        shares: FloatArray = np.asarray(self.reflectivity)[self.object_of]
+        return shares
+
+    def distances(self, points: ArrayLike) -> FloatArray:
+        """Return how far points (N, 2) are from each wall, box and pole [m], (N, W + B + P).
+
+        It is negative inside a box or pole.
+        """
+        x, y = np.asarray(points, dtype=np.float64).reshape(-1, 2).T[:, :, None]
+        distances = [to_walls(self.walls, x, y)]
+        if self.boxes.size:
+            distances.append(to_boxes(self.boxes, x, y))
+        if self.poles.size:
+            distances.append(to_poles(self.poles, x, y))
+        return np.concatenate(distances, axis=1)
+
+    def blocking(self, pose: Pose2D) -> int | None:
+        """Return the number of the wall, box or pole that keeps a sensor from standing at `pose`.
+
+        It is inside that box or pole, or within 1 mm of the surface.
+        """
+        distances = self.distances((pose.x, pose.y))[0]
+        if not distances.size or distances.min() >= NEAREST:
+            return None
+        return int(distances.argmin())
+
+    def check_pose(self, pose: Pose2D, who: str = "the sensor") -> None:
+        """Check that a sensor can stand at `pose`; `who` is what an error calls it.
+
+        Raises
+        ------
+        ValueError
+            If the pose is not finite, inside a box or pole, or within 1 mm of a surface.
+        """
+        if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
+            raise ValueError(f"{who} must have a finite pose, got {pose}")
+        at = self.blocking(pose)
+        if at is None:
+            return
+        where = "inside" if self.distances((pose.x, pose.y))[0, at] <= -NEAREST else "on"
+        for kind, objects in (("wall", self.walls), ("box", self.boxes), ("pole", self.poles)):
+            if at < len(objects):
+                raise ValueError(f"{who} at ({pose.x:.6g}, {pose.y:.6g}) is {where} {kind} {at}")
+            at -= len(objects)

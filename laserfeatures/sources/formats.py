@@ -17,6 +17,7 @@ from laserfeatures.sources.npz import read_npz
 from laserfeatures.sources.point_cloud import read_cloud
 from laserfeatures.sources.rosbag import MAGIC, read_bag
 from laserfeatures.sources.rplidar import is_rplidar, read_rplidar
+from laserfeatures.sources.simulated import is_plan, read_simulated
 from laserfeatures.sources.table import WANTED, is_table, read_table
 from laserfeatures.sources.urg_csv import is_urg_csv, read_urg_csv
 
@@ -43,6 +44,7 @@ FORMATS = {  # in the order in which they are tried: the unmistakable ones first
     "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG, gzip=False),
     "point_cloud": Format(is_point_cloud, read_cloud, CLOUD, gzip=False),
     "npz": Format(_starts(b"PK"), read_npz),
+    "plan": Format(is_plan, read_simulated, gzip=False),
     "gfs": Format(is_gfs, read_gfs, SICK),
     "carmen": Format(is_carmen, read_carmen, SICK),
     "brenner": Format(is_brenner, read_brenner),

@@ -98,7 +98,7 @@ def open_source(
     slice_band: tuple[float, float] | None = None,
     slice_origin: tuple[float, float] | None = None,
 ) -> Source:
-    r"""Open a log, table or bag of laser scans, or a point cloud.
+    r"""Open a log, table or bag of laser scans, a point cloud, or a plan for a simulated robot.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def open_source(
         A file, gzip or not, or the folder of a ROS 2 bag.
     format : str, optional
         "carmen", "gfs", "breezyslam", "brenner", "urg_csv", "rplidar", "csv", "npz", "rosbag1",
-        "rosbag2", "mcap" or "point_cloud"; told by the content if left out.
+        "rosbag2", "mcap", "point_cloud" or "plan"; told by the content if left out.
     on_error : {"raise", "skip"}
         What to do about a broken record: stop, or leave it out and count it in `Source.skipped`.
     topic : str, optional
@@ -132,7 +132,8 @@ def open_source(
         If the file is missing, empty, of no known format, or holds no scan; and, here or from the
         iterator, if a record is broken.
     MissingDependencyError
-        If a bag is to be read and rosbags is not installed, or a point cloud and Open3D is not.
+        If a bag is to be read and rosbags is not installed, a point cloud and Open3D is not, or a
+        plan and mujoco is not.
     ValueError
         If an option makes no sense, or is none of this format's.
 
