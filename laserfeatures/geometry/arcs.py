@@ -10,6 +10,7 @@ from laserfeatures.geometry.compiled import helper
 POST = 0.1  # [m]; things that are seen no wider have no walls, whatever noise trails off them
 FLAT = 0.01  # [m]; what departs more from a line is not flat
 MAX_MISSED = 2  # beams without a return inside one object
+MAX_STRAY = 1  # beams that jump out of a round object: more are among false beams, at a wall
 
 
 @helper
@@ -25,9 +26,9 @@ def set_arcs_aside(
 ) -> None:
     """Label the points of isolated objects whose visible side is an arc convex to the sensor.
 
-    An object is a stretch of the scan between two jumps of more than `jump` metres; single beams
-    that jump out of it and back are not part of it. It is an arc where a circle explains its points
-    and a line does not.
+    An object is a stretch of the scan between two jumps of more than `jump` metres; beams that jump
+    out of it and back are not part of it. It is an arc where a circle explains its points and a
+    line does not.
     """
     members = np.empty(x.size, np.int64)
     count = 0
@@ -37,7 +38,7 @@ def set_arcs_aside(
         count += 1
         after = next_of_object(x, y, beam, i, jump)
         if after == 0:
-            if count >= 4:
+            if count >= 4 and i - members[0] - count < MAX_STRAY:
                 first = members[0]
                 if i - first < count:  # nothing left out: no copies
                     found = is_round(x[first : i + 1], y[first : i + 1], sigma, max_radius)

@@ -11,6 +11,8 @@ from laserfeatures.geometry.segments import MAX_GROWTH, is_gap
 from laserfeatures.geometry.walls import FREE, Cut, is_wall, keep_wall
 
 FEWEST = 2  # free points of a wall; the others are its neighbours' ends
+NOISE = 1.5  # of the residuals, in standard deviations: so few points of anything are nearly flat
+TURN = 0.1  # [rad]; standard deviation of the direction from which it says nothing
 
 
 @helper
@@ -71,7 +73,7 @@ def best_wall(
     """
     fit = best = (0.0, 0.0, 0.0, 0.0, 0.0)
     best_low, best_high = 0, -1
-    least = math.inf
+    least = (NOISE * sigma) ** 2
     before = first > 0 and spares(owner[first - 1], walls, cut[0])
     after = last + 1 < x.size and spares(owner[last + 1], walls, cut[0])
     for low in range(first - before, first + 1):
@@ -84,7 +86,7 @@ def best_wall(
             if broken(x, y, beam, low, high, fit[0], cut):
                 continue
             flat, variance, _ = is_wall(x, y, members, fit, sigma)
-            if flat and variance < least:
+            if flat and variance < least and fit[2] * sigma * sigma < TURN * TURN:
                 least = variance
                 best_low, best_high, best = low, high, fit
     return best_low, best_high, best
