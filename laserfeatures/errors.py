@@ -6,7 +6,8 @@
     ├── UnknownExtractorError  (LookupError)   no extractor has that name
     ├── PluginError                            an extractor cannot be loaded or breaks its contract
     ├── MissingDependencyError (ImportError)   an optional package is not installed
-    ├── SourceError            (OSError)       a log or bag cannot be read
+    ├── SourceError            (OSError)       a log, bag or plan cannot be read
+    ├── DriveError             (RuntimeError)  a simulated robot cannot go on
     └── DriverError            (OSError)       a device cannot be opened or answers wrongly
         ├── DriverTimeoutError (TimeoutError)  a device does not answer in time
         └── ProtocolError                      a device's answer is not what its protocol says
@@ -32,7 +33,11 @@ class MissingDependencyError(LaserFeaturesError, ImportError):
 
 
 class SourceError(LaserFeaturesError, OSError):
-    """A log or bag cannot be read; the message names file, line, what was expected and found."""
+    """A file of scans or a plan cannot be read; the message names file, line, expected and found."""
+
+
+class DriveError(LaserFeaturesError, RuntimeError):
+    """A simulated robot cannot go on: it does not fit, is stuck, or has tipped over."""
 
 
 class DriverError(LaserFeaturesError, OSError):

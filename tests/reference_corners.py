@@ -1,6 +1,7 @@
 """Slow, obvious twins of the kernels that mend walls already found."""
 
 import math
+from itertools import combinations
 
 import numpy as np
 import reference
@@ -14,10 +15,7 @@ def normal(theta):
 
 
 def part_at_corners(points, owner, lines, gate, rules):
-    """Twin of `part_at_corners`; `rules` are (points beside, least sine of a crossing).
-
-    Every point between the walls' last and first one of other walls is put on its side.
-    """
+    """Twin of `part_at_corners`; `rules` are (points beside, least sine of a crossing)."""
     beside, least_sine = rules
     owner = owner.copy()
     last = None
@@ -57,32 +55,24 @@ def add_short_walls(points, beams, owner, counts, sigma, cut, rules):
     """
     fewest, max_growth, test = rules
     owner, counts = owner.copy(), list(counts)
-    min_points, max_missed, max_gap = cut
+    min_points = cut[0]
     for first, last in free_runs(owner):
         if not fewest <= last - first + 1 < min_points + fewest:
             continue
-        lows, highs = [first], [last]
-        if first > 0 and owner[first - 1] >= 0 and counts[owner[first - 1]] > min_points:
-            lows.append(first - 1)
-        if last + 1 < len(points) and owner[last + 1] >= 0:
-            highs += [last + 1] * (counts[owner[last + 1]] > min_points)
+        sparing = [
+            i
+            for i in (first - 1, last + 1)
+            if 0 <= i < len(points) and owner[i] >= 0 and counts[owner[i]] > min_points
+        ]
         walls = []
-        for low in sorted(lows):
-            for high in highs:
-                members = np.arange(low, high + 1)
-                if len(members) < min_points:
-                    continue
-                theta, flat, variance = test(points, members, sigma)
-                along = points[members] @ (-math.sin(theta), math.cos(theta))
-                apart = np.diff(beams[members])
-                spacing = min(abs(np.diff(along)) / apart)
-                gaps = (max_missed, max_gap, max_growth)
-                broken = max(apart) > max_missed + 1 or any(
-                    reference.is_gap(along, beams[members], i, i + 1, spacing, *gaps)
-                    for i in range(len(members) - 1)
-                )
-                if flat and not broken:
-                    walls.append((variance, members))
+        for more in ((), *combinations(sparing, 1), sparing):
+            members = np.sort([*range(first, last + 1), *more]).astype(int)
+            if len(members) < min_points:
+                continue
+            theta, flat, variance = test(points, members, sigma)
+            along = points[members] @ (-math.sin(theta), math.cos(theta))
+            if flat and not broken(along, beams[members], cut, max_growth):
+                walls.append((variance, members))
         if walls:
             members = min(walls, key=lambda wall: wall[0])[1]
             for k in owner[members]:
@@ -91,6 +81,17 @@ def add_short_walls(points, beams, owner, counts, sigma, cut, rules):
             counts.append(len(members))
             owner[members] = len(counts) - 1
     return owner
+
+
+def broken(along, beams, cut, max_growth):
+    """Tell whether a step between successive points of a wall is a gap or misses too many beams."""
+    _, max_missed, max_gap = cut
+    apart = np.diff(beams)
+    spacing = min(abs(np.diff(along)) / apart)
+    return max(apart) > max_missed + 1 or any(
+        reference.is_gap(along, beams, i, i + 1, spacing, max_missed, max_gap, max_growth)
+        for i in range(len(along) - 1)
+    )
 
 
 def free_runs(owner):

@@ -33,10 +33,8 @@ def arcs(points, beams, sigma, jump, max_radius, rules):
     `rules` are the kernel's (width of a post, flatness, beams missed in one object).
     """
     post, flat, max_missed = rules
-    step = np.hypot(*np.diff(points, axis=0).T)
-    cuts = np.flatnonzero((step > jump) | (np.diff(beams) > max_missed + 1)) + 1
     aside = np.zeros(len(points), bool)
-    for group in np.split(np.arange(len(points)), cuts):
+    for group in objects(points, beams, jump, max_missed):
         if len(group) < 4:
             continue
         across = np.linalg.norm(points[group[-1]] - points[group[0]])
@@ -45,6 +43,24 @@ def arcs(points, beams, sigma, jump, max_radius, rules):
         wide = size >= 2.5 * max_radius
         aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius, flat))
     return aside
+
+
+def objects(points, beams, jump, max_missed):
+    """Return the points of each object: each is near the one before and few beams after it.
+
+    What jumps out of an object and back is on none.
+    """
+    groups = [[]]
+    i = 0
+    while i < len(points):
+        groups[-1].append(i)
+        near = np.hypot(*(points - points[i]).T) <= jump
+        soon = (beams > beams[i]) & (beams <= beams[i] + max_missed + 1)
+        nexts = np.flatnonzero(near & soon)
+        i = int(nexts[0]) if len(nexts) else i + 1
+        if not len(nexts):
+            groups.append([])
+    return groups
 
 
 def estimate_sigma(points, baseline):

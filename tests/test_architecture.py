@@ -140,6 +140,7 @@ def modules_after(code):
         "import laserfeatures",
         "import laserfeatures; laserfeatures.list_extractors()",
         "import laserfeatures.simulation",
+        "import laserfeatures.evaluation",
     ],
 )
 def test_importing_and_listing_bring_in_nothing_heavy_and_no_plugin(code):

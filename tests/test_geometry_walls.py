@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import kernels
 import numpy as np
@@ -178,6 +179,8 @@ def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius, sigma):
     objects = chain((0.8, -2), (1, -1.2)), [[(2.0, -1), (2.0, -0.9)]], [[(1.9, 0.5), (2.1, 0.7)]]
     flat = scan_of(*(w for walls_ in objects for w in walls_), sigma=0.005, seed=rng)
     scan = LaserScan(angles=scan.angles, ranges=np.fmin(scan.ranges, flat.ranges), range_max=30.0)
+    false = rng.random(len(scan)) < rng.choice([0.0, 0.1])
+    scan = replace(scan, ranges=np.where(false, rng.uniform(0.5, 3.0, len(scan)), scan.ranges))
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
     rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED)
@@ -198,3 +201,25 @@ def test_an_arc_hollow_to_the_sensor_is_no_pole():
     assert not set_aside(hollow, np.arange(60)).any()
     convex = np.stack([1.5 - 0.3 * np.cos(bow), 0.3 * np.sin(bow)], axis=1)
     assert set_aside(convex, np.arange(60)).all()
+
+
+def spoiled(scan, false):
+    """Return a scan whose beams `false` are 1.2 m short, and which of its points are true."""
+    ranges = scan.ranges.copy()
+    ranges[false] -= 1.2
+    return replace(scan, ranges=ranges), ~np.isin(scan.beams, false)
+
+
+def test_what_false_beams_leave_of_a_wall_between_them_is_no_post():
+    # Four beams of it are 7 cm wide: each piece alone would be a post.
+    scan = scan_of(wall(0.0, 2.0, -0.26, 0.27), sigma=0.003)
+    assert len(scan.points) == 30
+    scan, _ = spoiled(scan, scan.beams[4::5])
+    assert not set_aside(scan.points, scan.beams).any()
+
+
+def test_a_pole_with_a_false_beam_in_its_middle_is_still_one():
+    # Its halves alone would be walls: what bends so little is flat.
+    scan = poles((1.5, 0.0), radius=0.15)
+    scan, true = spoiled(scan, scan.beams[[len(scan.points) // 2]])
+    np.testing.assert_array_equal(set_aside(scan.points, scan.beams), true)

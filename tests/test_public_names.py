@@ -18,6 +18,7 @@ TREE = {
     "PluginError": (errors.LaserFeaturesError,),
     "MissingDependencyError": (errors.LaserFeaturesError, ImportError),
     "SourceError": (errors.LaserFeaturesError, OSError),
+    "DriveError": (errors.LaserFeaturesError, RuntimeError),
     "DriverError": (errors.LaserFeaturesError, OSError),
     "DriverTimeoutError": (errors.DriverError, TimeoutError),
     "ProtocolError": (errors.DriverError,),

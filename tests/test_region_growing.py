@@ -137,19 +137,19 @@ def test_more_missed_beams_than_allowed_end_a_segment_but_not_its_line():
 @pytest.mark.parametrize(
     "parameters",
     [
-        {"range_sigma": 0.005, "max_pole_radius": 0.0},
+        {"range_sigma": 0.005},
         pytest.param(
             {},
             marks=pytest.mark.xfail(
-                reason="what false beams leave of a wall between them is taken for posts, and they "
-                "make the noise look larger than it is"
+                reason="false beams make the noise look larger than it is: 83 % are found"
             ),
         ),
     ],
-    ids=["noise known and no posts", "default"],
+    ids=["noise known", "default"],
 )
 def test_long_walls_are_found_where_every_fifth_beam_is_false(parameters):
-    # Measured: all walls that 15 true beams hit; 50 % by default.
+    # Measured: all walls that 15 true beams hit. By default `direct_hough` finds all too, `ransac`
+    # and `split_and_merge` 99 %.
     rng = np.random.default_rng(0)
     found = []
     for seed in range(60):

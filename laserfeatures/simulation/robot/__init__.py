@@ -1,8 +1,8 @@
 """A differential-drive robot in MuJoCo that carries a scanner through a world (extra `sim`)."""
 
+from laserfeatures.errors import DriveError
 from laserfeatures.simulation.robot.driving import drive
 from laserfeatures.simulation.robot.platform import Robot
 from laserfeatures.simulation.robot.reading import Reading
-from laserfeatures.simulation.robot.trouble import DriveError
 
 __all__ = ["DriveError", "Reading", "Robot", "drive"]

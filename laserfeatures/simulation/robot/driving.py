@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from laserfeatures.data import Pose2D
+from laserfeatures.errors import DriveError
 from laserfeatures.simulation.plan import Drive, Plan
 from laserfeatures.simulation.robot.body import Body
 from laserfeatures.simulation.robot.follower import Follower
@@ -15,7 +16,6 @@ from laserfeatures.simulation.robot.odometry import Odometry, encoder_ticks
 from laserfeatures.simulation.robot.platform import Robot
 from laserfeatures.simulation.robot.poses import compose
 from laserfeatures.simulation.robot.reading import Reading
-from laserfeatures.simulation.robot.trouble import DriveError
 from laserfeatures.simulation.world import World
 
 STEPS = 5  # of the physics in one of the controller
