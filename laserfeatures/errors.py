@@ -33,7 +33,7 @@ class MissingDependencyError(LaserFeaturesError, ImportError):
 
 
 class SourceError(LaserFeaturesError, OSError):
-    """A file of scans or a plan cannot be read; the message names file, line, expected and found."""
+    """A log, bag or plan cannot be read; the message names file, line, expected and found."""
 
 
 class DriveError(LaserFeaturesError, RuntimeError):
