@@ -30,12 +30,13 @@ def is_arc(points, sigma, max_radius, flat):
 def arcs(points, beams, sigma, jump, max_radius, rules):
     """Twin of `set_arcs_aside`: which points are on round objects.
 
-    `rules` are the kernel's (width of a post, flatness, beams missed in one object).
+    `rules` are the kernel's (width of a post, flatness, beams missed in one object, stray
+    points in a round one).
     """
-    post, flat, max_missed = rules
+    post, flat, max_missed, max_stray = rules
     aside = np.zeros(len(points), bool)
     for group in objects(points, beams, jump, max_missed):
-        if len(group) < 4:
+        if len(group) < 4 or group[-1] - group[0] + 1 - len(group) > max_stray:
             continue
         across = np.linalg.norm(points[group[-1]] - points[group[0]])
         size = np.linalg.norm(np.ptp(points[group], axis=0))

@@ -40,21 +40,21 @@ def judged(points, members, sigma):
 @given(seeds, st.integers(3, 6), st.sampled_from([0.002, 0.01]))
 def test_short_walls_are_added_as_the_twin_says(rng, min_points, sigma):
     scan, hit = look(STEPS, sigma=sigma, seed=int(rng.integers(10**6)), beams=181)
-    keep = rng.random(len(scan.points)) < rng.choice([1.0, 0.8])
+    keep = rng.random(len(scan.points)) < rng.choice([1.0, 0.8, 0.5])
     points, beams, owner = scan.points[keep], scan.beams[keep], hit[scan.beams[keep]]
     table = np.zeros((len(STEPS), 6))  # only the numbers of points matter
     for _ in range(rng.integers(1, 6)):  # runs that nothing has explained
         first = rng.integers(len(points))
         owner[first : first + rng.integers(1, min_points + 3)] = FREE
     counts = np.bincount(owner[owner >= 0], minlength=len(table))
-    cut = (min_points, *GAPS)
+    cut = (min_points, rng.choice([0, 2]), rng.choice([0.01, 0.03, 0.15]))
     after, walls = kernels_walls.add_short_walls(points, beams, owner, table, sigma, cut)
     rules = (short_walls.FEWEST, segments.MAX_GROWTH, judged)
     expected = reference_corners.add_short_walls(points, beams, owner, counts, sigma, cut, rules)
     np.testing.assert_array_equal(after, expected)
-    for k in range(len(STEPS), len(walls)):
-        members = np.flatnonzero(expected == k)
-        assert walls[k, 0] == pytest.approx(judged(points, members, sigma)[0], abs=1e-9)
+    if len(walls) > len(STEPS):  # from the others, later ones may have taken a point
+        members = np.flatnonzero(expected == len(walls) - 1)
+        assert walls[-1, 0] == pytest.approx(judged(points, members, sigma)[0], abs=1e-9)
 
 
 @needs_compiler

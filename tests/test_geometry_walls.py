@@ -183,7 +183,7 @@ def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius, sigma):
     scan = replace(scan, ranges=np.where(false, rng.uniform(0.5, 3.0, len(scan)), scan.ranges))
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
-    rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED)
+    rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED, arcs.MAX_STRAY)
     expected = reference_walls.arcs(points, beams, sigma, 0.15, max_radius, rules)
     np.testing.assert_array_equal(set_aside(points, beams, max_radius, sigma), expected)
 
