@@ -66,6 +66,11 @@ def add_short_walls(points, beams, owner, counts, sigma, cut, rules):
         ]
         walls = []
         for more in ((), *combinations(sparing, 1), sparing):
+            if any(
+                counts[owner[i]] - list(owner[list(more)]).count(owner[i]) < min_points
+                for i in more
+            ):
+                continue
             members = np.sort([*range(first, last + 1), *more]).astype(int)
             if len(members) < min_points:
                 continue

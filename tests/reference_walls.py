@@ -6,12 +6,13 @@ import numpy as np
 import reference
 
 
-def is_arc(points, sigma, max_radius, flat):
+def is_arc(points, sigma, max_radius, flat, small, evidence):
     """Twin of `is_arc`: the circle of Kasa by a linear solver, the line by eigenvalues."""
+    alone = np.linalg.norm(np.ptp(points, axis=0)) < small
     n = len(points)
     away = points - points.mean(axis=0)
     off_line = np.linalg.eigvalsh(away.T @ away)[0] / (n - 2)
-    if off_line < flat**2:
+    if off_line < flat**2 and not alone:
         return False
     # x^2 + y^2 = 2 cx x + 2 cy y + (r^2 - cx^2 - cy^2)
     solution = np.linalg.lstsq(
@@ -22,7 +23,12 @@ def is_arc(points, sigma, max_radius, flat):
     bulges_away = np.linalg.norm(centre) < np.linalg.norm(points.mean(axis=0))
     if radius > max_radius or bulges_away:
         return False
-    off_circle = ((np.hypot(*(points - centre).T) - radius) ** 2).sum() / max(n - 3, 1)
+    squares = ((np.hypot(*(points - centre).T) - radius) ** 2).sum()
+    off_circle = squares / max(n - 3, 1)
+    if alone and off_line * (n - 2) - squares > (evidence * sigma) ** 2:
+        return off_circle < max(flat, 1.7 * sigma) ** 2
+    if off_line < flat**2:
+        return False
     noisy = off_line > (1.5 * sigma) ** 2 and off_circle < (1.7 * sigma) ** 2
     return off_circle < flat**2 or noisy
 
@@ -31,9 +37,9 @@ def arcs(points, beams, sigma, jump, max_radius, rules):
     """Twin of `set_arcs_aside`: which points are on round objects.
 
     `rules` are the kernel's (width of a post, flatness, beams missed in one object, stray
-    points in a round one).
+    points in a round one, width of a small one, evidence that it is round).
     """
-    post, flat, max_missed, max_stray = rules
+    post, flat, max_missed, max_stray, *alone = rules
     aside = np.zeros(len(points), bool)
     for group in objects(points, beams, jump, max_missed):
         if len(group) < 4 or group[-1] - group[0] + 1 - len(group) > max_stray:
@@ -42,7 +48,9 @@ def arcs(points, beams, sigma, jump, max_radius, rules):
         size = np.linalg.norm(np.ptp(points[group], axis=0))
         small = across < post and size < 4 * post
         wide = size >= 2.5 * max_radius
-        aside[group] = small or (not wide and is_arc(points[group], sigma, max_radius, flat))
+        aside[group] = small or (
+            not wide and is_arc(points[group], sigma, max_radius, flat, *alone)
+        )
     return aside
 
 

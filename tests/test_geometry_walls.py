@@ -183,7 +183,7 @@ def test_arcs_are_set_aside_as_their_twin_says(rng, max_radius, sigma):
     scan = replace(scan, ranges=np.where(false, rng.uniform(0.5, 3.0, len(scan)), scan.ranges))
     keep = rng.random(len(scan.points)) < 0.9
     points, beams = scan.points[keep], scan.beams[keep]
-    rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED, arcs.MAX_STRAY)
+    rules = (arcs.POST, arcs.FLAT, arcs.MAX_MISSED, arcs.MAX_STRAY, arcs.SMALL, arcs.EVIDENCE)
     expected = reference_walls.arcs(points, beams, sigma, 0.15, max_radius, rules)
     np.testing.assert_array_equal(set_aside(points, beams, max_radius, sigma), expected)
 
@@ -193,6 +193,17 @@ def test_poles_are_arcs_and_walls_are_not():
     assert set_aside(post.points, post.beams).all()
     box = scan_of(*chain((1.4, 0.2), (1.4, -0.2)), sigma=0.005)
     assert not set_aside(box.points, box.beams).any()
+
+
+@pytest.mark.parametrize(("radius", "away"), [(0.05, 1.5), (0.07, 1.5), (0.1, 2.0), (0.15, 2.0)])
+def test_small_poles_are_told_from_small_boxes_in_noise(radius, away):
+    aside = [
+        set_aside(post.points, post.beams, sigma=0.01).all()
+        for post in (poles((away, 0.0), radius=radius, sigma=0.01, seed=seed) for seed in range(50))
+    ]
+    assert np.mean(aside) >= 0.95
+    boxes = [scan_of(wall(0.0, 1.5, -0.1, 0.1), sigma=0.01, seed=seed) for seed in range(50)]
+    assert np.mean([set_aside(box.points, box.beams, sigma=0.01).any() for box in boxes]) <= 0.05
 
 
 def test_an_arc_hollow_to_the_sensor_is_no_pole():

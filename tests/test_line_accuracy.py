@@ -123,37 +123,32 @@ def spoiled():
 
 
 # Measured, of the walls that at least 4 beams hit (508 and 485) and of those that 6 do (460 and
-# 427): recall, recall; precision; median angle error; walls found twice.
+# 427): recall, recall; precision; median angle error of those that 6 beams hit; walls found twice.
+# The median of all grows with every wall of 4 beams that is found: 0.057 to 0.061 deg.
 #                     5 mm                               15 mm, a fifth of the beams false
-# direct_hough        0.982, 1.000; 0.996; 0.058 deg; 0  0.934, 0.979; 0.976; 0.184 deg; 5
-# ransac              0.978, 1.000; 0.998; 0.058 deg; 0  0.934, 0.977; 0.978; 0.186 deg; 2
-# region_growing      0.996, 1.000; 0.992; 0.056 deg; 0  0.913, 0.960; 0.847; 0.210 deg; 30
-# split_and_merge     0.984, 0.998; 0.992; 0.055 deg; 0  0.928, 0.965; 0.941; 0.198 deg; 19
+# direct_hough        1.000, 1.000; 0.996; 0.053 deg; 0  0.955, 0.993; 0.987; 0.214 deg; 3
+# ransac              0.996, 1.000; 0.996; 0.053 deg; 0  0.957, 0.991; 0.981; 0.214 deg; 1
+# region_growing      0.998, 1.000; 0.996; 0.052 deg; 0  0.918, 0.967; 0.862; 0.244 deg; 32
+# split_and_merge     0.994, 0.998; 0.996; 0.052 deg; 0  0.942, 0.981; 0.948; 0.222 deg; 17
 
 
-@pytest.mark.parametrize(
-    ("name", "of_few_beams"),
-    [
-        ("direct_hough", 0.98),
-        ("ransac", 0.97),  # 0.98 is aimed at: with 6 beams it is reached
-        ("region_growing", 0.98),
-        ("split_and_merge", 0.98),
-    ],
-)
-def test_walls_are_found_once_and_nothing_else(clean, name, of_few_beams):
+@pytest.mark.parametrize("name", ["direct_hough", "ransac", "region_growing", "split_and_merge"])
+def test_walls_are_found_once_and_nothing_else(clean, name):
     found = score(name, clean, 4)
-    assert found.recall >= of_few_beams
+    assert found.recall >= 0.98
     assert found.precision >= 0.98
-    assert math.degrees(found.angle) <= 0.06
+    assert math.degrees(found.angle) <= 0.065
     assert found.twice == 0
-    assert score(name, clean, 6).recall >= 0.99
+    of_six_beams = score(name, clean, 6)
+    assert of_six_beams.recall >= 0.99
+    assert math.degrees(of_six_beams.angle) <= 0.055
 
 
 @pytest.mark.parametrize(
     ("name", "recall", "precision"),
     [
-        ("direct_hough", 0.92, 0.85),
-        ("ransac", 0.92, 0.85),
+        ("direct_hough", 0.94, 0.95),
+        ("ransac", 0.94, 0.95),
         ("region_growing", 0.90, 0.80),
         ("split_and_merge", 0.90, 0.90),
     ],

@@ -8,6 +8,8 @@ from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper
 
 POST = 0.1  # [m]; things that are seen no wider have no walls, whatever noise trails off them
+SMALL = 0.3  # [m]; what stands alone and is seen no wider is rather round than flat
+EVIDENCE = 1.5  # standard deviations by which a circle explains it better than a line
 FLAT = 0.01  # [m]; what departs more from a line is not flat
 MAX_MISSED = 2  # beams without a return inside one object
 MAX_STRAY = 1  # beams that jump out of a round object: more are among false beams, at a wall
@@ -70,7 +72,7 @@ def is_round(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> b
     size = extent(x, y)
     across = math.hypot(x[-1] - x[0], y[-1] - y[0])
     return (across < POST and size < 4.0 * POST) or (
-        size < 2.5 * max_radius and is_arc(x, y, sigma, max_radius)
+        size < 2.5 * max_radius and is_arc(x, y, size, sigma, max_radius)
     )
 
 
@@ -88,9 +90,10 @@ def extent(x: FloatArray, y: FloatArray) -> float:
 
 
 @helper
-def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> bool:
+def is_arc(x: FloatArray, y: FloatArray, size: float, sigma: float, max_radius: float) -> bool:
     """Tell whether points lie on a circle that bulges towards the sensor, and on no line.
 
+    `size` is their extent [m]: for a small object, that the circle explains them better will do.
     The circle is the algebraic least-squares fit (Kasa 1976).
     """
     n = x.size
@@ -112,8 +115,9 @@ def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> boo
         uvv += u * v * v
         vvv += v * v * v
     off_line = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))
+    flat = off_line < (n - 2) * FLAT**2
     det = uu * vv - uv * uv
-    if off_line < (n - 2) * FLAT**2 or det <= 0.0:
+    if det <= 0.0 or (flat and size > SMALL):
         return False
     p = 0.5 * (uuu + uvv)
     q = 0.5 * (vvv + uuv)
@@ -127,6 +131,10 @@ def is_arc(x: FloatArray, y: FloatArray, sigma: float, max_radius: float) -> boo
     off_circle = 0.0
     for i in range(n):
         off_circle += (math.hypot(x[i] - cx, y[i] - cy) - radius) ** 2
+    if size < SMALL and off_line - off_circle > (EVIDENCE * sigma) ** 2:
+        return off_circle < max(n - 3, 1) * max(FLAT, 1.7 * sigma) ** 2
+    if flat:
+        return False
     # At the scale of the flatness of things, and at that of the noise where it is larger.
     return off_circle < max(n - 3, 1) * FLAT**2 or (
         off_line > (n - 2) * (1.5 * sigma) ** 2 and off_circle < max(n - 3, 1) * (1.7 * sigma) ** 2

@@ -8,7 +8,7 @@ from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper
 from laserfeatures.geometry.fit import Fit, fit_line
 from laserfeatures.geometry.segments import MAX_GROWTH, is_gap
-from laserfeatures.geometry.walls import FREE, Cut, is_wall, keep_wall
+from laserfeatures.geometry.walls import FREE, Cut, gather, is_wall, keep_wall
 
 FEWEST = 2  # free points of a wall; the others are its neighbours' ends
 NOISE = 1.5  # of the residuals, in standard deviations: so few points of anything are nearly flat
@@ -48,9 +48,10 @@ def add_short_walls(
         walls = more
         keep_wall(walls[-1], fit, high - low + 1)
         for i in range(low, high + 1):
-            if owner[i] >= 0:
-                walls[owner[i], 5] -= 1
+            giver = owner[i]
             owner[i] = walls.shape[0] - 1
+            if giver >= 0:
+                refit(x, y, owner, walls, giver)
     return walls
 
 
@@ -80,6 +81,12 @@ def best_wall(
         for high in range(last, last + 1 + after):
             if high - low + 1 < cut[0]:
                 continue
+            if (
+                low < first
+                and high > last
+                and not spares_two(owner[low], owner[high], walls, cut[0])
+            ):
+                continue
             members = np.arange(low, high + 1)
             guess = math.atan2(x[low] - x[high], y[high] - y[low])
             fit = fit_line(x, y, members, guess)
@@ -96,6 +103,20 @@ def best_wall(
 def spares(own: int, walls: FloatArray, min_points: int) -> bool:
     """Tell whether a wall can lose a point."""
     return bool(own >= 0 and walls[own, 5] > min_points)
+
+
+@helper
+def spares_two(one: int, other: int, walls: FloatArray, min_points: int) -> bool:
+    """Tell whether walls that can lose a point each can do so if they are the same."""
+    return bool(one != other or walls[one, 5] > min_points + 1)
+
+
+@helper
+def refit(x: FloatArray, y: FloatArray, owner: IntArray, walls: FloatArray, wall: int) -> None:
+    """Fit a wall to the points that it still has."""
+    members = np.empty(x.size, np.int64)
+    count = gather(owner, wall, members)
+    keep_wall(walls[wall], fit_line(x, y, members[:count], walls[wall, 0]), count)
 
 
 @helper
