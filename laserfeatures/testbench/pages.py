@@ -1,5 +1,6 @@
 """The results of the testbench as pages with their pictures, and as tables of plain figures."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -217,9 +218,16 @@ def _three(row: Row) -> str:
 
 
 def table_of(rows: Sequence[Row], text: int = 1) -> Table:
-    """Return rows as a table, with spaces in place of the underscores of their keys."""
+    """Return rows as a table, with headings for a reader in place of their keys."""
     table = to_table(rows, text)
-    return Table([name.replace("_", " ") for name in table.header], table.rows, table.text)
+    return Table([heading(name) for name in table.header], table.rows, table.text)
+
+
+def heading(name: str) -> str:
+    """Return what stands above the figures that go by a name."""
+    words = name.replace("_percent", " [%]").replace("_ms", " [ms]").replace("_error", "_error [m]")
+    words = re.sub(r"(?<![a-z])(tp|fp|f1)(?![a-z])", lambda found: found[0].upper(), words)
+    return words.replace("_", " ")
 
 
 def paragraph(text: str) -> Paragraph:
