@@ -57,11 +57,12 @@ def write(arguments):
     import speed  # noqa: PLC0415
     import speed_all  # noqa: PLC0415
     import start  # noqa: PLC0415
+    import suites  # noqa: PLC0415
     from page import Options  # noqa: PLC0415
 
     options = Options(arguments.data.resolve(), arguments.docs, arguments.quick)
     paragraphs = [head(arguments.quick)]
-    parts = (speed, speed_all, start, memory, real_logs, arena, accuracy, extractors_page)
+    parts = (speed, speed_all, start, memory, real_logs, arena, suites, accuracy, extractors_page)
     for part in parts:
         start = time.perf_counter()
         paragraphs += part.section(options)

@@ -133,7 +133,7 @@ def noise_command(
 @testbench.command("figures")
 @_options("output", "json", "seed")
 def figures_command(output: str, json_file: str | None, seed: int | None) -> None:
-    """Draw Figs. 6 and 7 again: one scan each at three sizes of the neighbourhood."""
+    """Draw the figures 6 and 7 again: one scan each at three sizes of the neighbourhood."""
     with _saved(output, json_file) as save:
         save(*_figures(seed))
 
