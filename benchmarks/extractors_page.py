@@ -46,7 +46,7 @@ def filled(text, options):
 
 
 def _both(name, options):
-    """Return an extractor's scores without outliers and with."""
+    """Return an extractor's scores, of all and of what is in sight, without outliers and with."""
     scores = accuracy.measured(options)
     return scores[accuracy.CLEAN][name], scores[accuracy.ISOLATED][name]
 
@@ -60,8 +60,11 @@ def _table(options):
     rows = []
     for name in speed_all.all_extractors():
         both = _both(name, options)
-        lines = [f"{s.recall:.3f} / {s.precision:.3f}" if s.line_found else NONE for s in both]
-        sight = [f"{s.in_sight.recall:.3f} / {s.in_sight.precision:.3f}" for s in both]
+        lines = [
+            f"{s.line_recall:.3f} / {s.line_precision:.3f}" if s.lines_extracted else NONE
+            for s, _ in both
+        ]
+        sight = [f"{_recall(s):.3f} / {_precision(s):.3f}" for _, s in both]
         times = [f"{1e6 * time:.0f}" for time, _ in _times(name, options, 0.0)]
         rows.append([name, *times, *lines, *sight])
     header = [
@@ -84,17 +87,27 @@ def _sentence(name, options):
 
 def _accuracy(both):
     lines = POINTS
-    if both[0].line_found:
+    every, seen = zip(*both, strict=True)
+    if every[0].lines_extracted:
+        turns = [math.degrees(np.median(abs(score.angle_errors))) for score in every]
         lines = LINES.format(
-            recall=_and(f"{score.recall:.3f}" for score in both),
-            precision=_and(f"{score.precision:.3f}" for score in both),
-            angle=_and(f"{math.degrees(np.median(score.turns)):.2f}°" for score in both),
+            recall=_and(f"{score.line_recall:.3f}" for score in every),
+            precision=_and(f"{score.line_precision:.3f}" for score in every),
+            angle=_and(f"{turn:.2f}°" for turn in turns),
         ) + " "  # fmt: skip
     return lines + SIGHT.format(
-        recall=_and(f"{score.in_sight.recall:.3f}" for score in both),
-        precision=_and(f"{score.in_sight.precision:.3f}" for score in both),
-        error=_and(f"{score.in_sight.median:.1f}" for score in both),
+        recall=_and(f"{_recall(score):.3f}" for score in seen),
+        precision=_and(f"{_precision(score):.3f}" for score in seen),
+        error=_and(f"{1e3 * score.median_error:.1f}" for score in seen),
     )
+
+
+def _recall(score):
+    return score.tp_percent / 100
+
+
+def _precision(score):
+    return 1 - score.fp_percent / 100
 
 
 def _and(texts):
