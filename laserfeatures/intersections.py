@@ -39,7 +39,7 @@ class Intersections:
 
     max_distance: float = 20.0
     min_angle: float = math.radians(15.0)
-    max_sigma: float = 0.25
+    max_sigma: float = 0.3
     reach: float = 0.05
 
     def __post_init__(self) -> None:
