@@ -13,7 +13,8 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Features, LaserScan, Lines, PointFeatures, Pose2D
-from laserfeatures.errors import LaserFeaturesError, MissingDependencyError
+from laserfeatures.errors import LaserFeaturesError
+from laserfeatures.optional import optional
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -57,13 +58,9 @@ def new_figure(width: float = 7.0, height: float = 6.0) -> "Figure":
     MissingDependencyError
         If matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure  # noqa: PLC0415 - optional and slow to import
-    except ImportError as error:
-        raise MissingDependencyError(
-            "plotting needs matplotlib: pip install 'laserfeatures[plots]'"
-        ) from error
-    return Figure(figsize=(width, height), layout="constrained")
+    library = optional("matplotlib.figure", "plotting needs matplotlib", "plots")
+    figure: Figure = library.Figure(figsize=(width, height), layout="constrained")
+    return figure
 
 
 def picture_format(path: str) -> str:

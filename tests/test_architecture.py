@@ -15,7 +15,7 @@ FILES = sorted([*CORE.rglob("*.py"), *PLUGINS.rglob("*.py")])
 # Each may import what stands before it; those of one row do not know each other.
 LAYERS = [
     ("errors", "arrays"),
-    ("scan",),
+    ("scan", "optional"),
     ("data",),
     ("geometry",),
     ("segment_filter", "intersections", "registry", "point_clouds"),

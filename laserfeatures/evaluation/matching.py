@@ -6,8 +6,8 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.data import LineSegments
-from laserfeatures.errors import MissingDependencyError
 from laserfeatures.evaluation.truth import Truth
+from laserfeatures.optional import optional
 
 GATE = 0.2  # [m], of a corner from its true one
 
@@ -91,11 +91,6 @@ def match_lines(segments: LineSegments, truth: Truth) -> tuple[IntArray, int]:
 
 def _assign(cost: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the rows and columns of the one-to-one assignment of the least cost."""
-    try:
-        from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - 0.1 s to import
-    except ImportError as error:
-        raise MissingDependencyError(
-            "scores need SciPy: pip install 'laserfeatures[evaluation]'"
-        ) from error
-    rows, columns = linear_sum_assignment(cost)
+    optimize = optional("scipy.optimize", "scores need SciPy", "evaluation")
+    rows, columns = optimize.linear_sum_assignment(cost)
     return rows, columns

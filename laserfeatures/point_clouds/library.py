@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from laserfeatures.errors import MissingDependencyError
+from laserfeatures.optional import optional
 
 
 def open3d() -> Any:
@@ -13,13 +13,7 @@ def open3d() -> Any:
     MissingDependencyError
         If it is not installed, or lacks a library of the system.
     """
-    try:
-        import open3d as package  # noqa: PLC0415 - optional, large and slow to import
-    except (ImportError, OSError) as error:  # OSError: a shared library that cannot be loaded
-        raise MissingDependencyError(
-            f"point clouds need open3d ({error}): pip install 'laserfeatures[open3d]'"
-        ) from error
-    return package
+    return optional("open3d", "point clouds need open3d", "open3d")
 
 
 def of_type(geometry: object, name: str, hint: str = "") -> Any:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from laserfeatures.errors import MissingDependencyError
+from laserfeatures.optional import optional
 from laserfeatures.simulation.world import World
 
 
@@ -17,13 +17,7 @@ def mujoco() -> Any:
     MissingDependencyError
         If it is not installed, or lacks a library of the system.
     """
-    try:
-        import mujoco as package  # noqa: PLC0415 - optional and slow to import
-    except (ImportError, OSError) as error:  # OSError: a shared library that cannot be loaded
-        raise MissingDependencyError(
-            f"driving a robot needs mujoco ({error}): pip install 'laserfeatures[sim]'"
-        ) from error
-    return package
+    return optional("mujoco", "driving a robot needs mujoco", "sim")
 
 
 def add_world(spec: Any, world: World, *, height: float = 1.0, thickness: float = 0.02) -> None:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from laserfeatures.data import LaserScan
-from laserfeatures.errors import LaserFeaturesError, MissingDependencyError, SourceError
+from laserfeatures.errors import LaserFeaturesError, SourceError
+from laserfeatures.optional import optional
 from laserfeatures.sources.beams import even_scan
 from laserfeatures.sources.files import read_head
 from laserfeatures.sources.log import Log, Scans
@@ -67,15 +68,12 @@ def _translated(path: Path) -> Iterator[None]:
 
 
 def _open(path: Path) -> "AnyReader":
-    try:
-        from rosbags.highlevel import AnyReader  # noqa: PLC0415 - an extra, and slow to import
-        from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415 - the same
-    except ImportError as error:
-        raise MissingDependencyError(
-            "reading bags needs rosbags: pip install 'laserfeatures[ros]'"
-        ) from error
+    highlevel = optional("rosbags.highlevel", "reading bags needs rosbags", "ros")
+    types = optional("rosbags.typesys", "reading bags needs rosbags", "ros")
     _check_name(path)
-    return AnyReader([path], default_typestore=get_typestore(Stores.LATEST))
+    store = types.get_typestore(types.Stores.LATEST)
+    reader: AnyReader = highlevel.AnyReader([path], default_typestore=store)
+    return reader
 
 
 def _check_name(path: Path) -> None:

@@ -13,15 +13,15 @@ import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray
 from laserfeatures.data import LaserScan, Pose2D
-from laserfeatures.errors import MissingDependencyError, SourceError
+from laserfeatures.errors import SourceError
 from laserfeatures.evaluation import Truth
 from laserfeatures.evaluation.true_lines import cross, lines_through
+from laserfeatures.optional import optional
 from laserfeatures.testbench.real.view import View
 
 NOMINAL = 2.0  # [m], side of the square as the data's author gives it
@@ -218,19 +218,10 @@ def _refine(scan: LaserScan, start: Sequence[float], side: float = NOMINAL) -> l
         points = np.stack([p[0] + ranges * np.cos(turned), p[1] + ranges * np.sin(turned)], axis=1)
         return to_nearest_side(points, p[3] if len(p) > 3 else side)
 
+    optimize = optional("scipy.optimize", "the truth of real scans needs SciPy", "evaluation")
     for scale in LOSS_SCALES:
-        start = _least_squares()(residuals, start, loss="cauchy", f_scale=scale).x.tolist()
+        start = optimize.least_squares(residuals, start, loss="cauchy", f_scale=scale).x.tolist()
     return list(start)
-
-
-def _least_squares() -> Any:  # SciPy has no types
-    try:
-        from scipy.optimize import least_squares  # noqa: PLC0415 - 0.1 s to import
-    except ImportError as error:
-        raise MissingDependencyError(
-            "the truth of real scans needs SciPy: pip install laserfeatures[evaluation]"
-        ) from error
-    return least_squares
 
 
 def _sees_all_sides(scan: LaserScan, pose: Pose2D) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.data import LaserScan, Pose2D
-from laserfeatures.errors import MissingDependencyError
+from laserfeatures.optional import optional
 
 CELL = 0.05  # [m], side of a cell
 RANGE = 15.0  # [m]; farther points say more about the heading's error than about the wall
@@ -91,13 +91,9 @@ def tree_of(points: FloatArray) -> Any:  # SciPy has no types
     MissingDependencyError
         If SciPy is missing.
     """
-    try:
-        from scipy.spatial import KDTree  # noqa: PLC0415 - 0.2 s to import
-    except ImportError as error:
-        raise MissingDependencyError(
-            "the truth of real scans needs SciPy: pip install laserfeatures[evaluation]"
-        ) from error
-    return KDTree(points)
+    return optional("scipy.spatial", "the truth of real scans needs SciPy", "evaluation").KDTree(
+        points
+    )
 
 
 def _directions(
