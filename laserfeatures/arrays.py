@@ -50,6 +50,11 @@ class Record:
         record.__dict__.update(fields)
         return record
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take what was pickled or copied; its arrays come back writable, and are locked again."""
+        lock(*(value for value in state.values() if isinstance(value, np.ndarray)))
+        self.__dict__.update(state)
+
     def _set(self, **arrays: NDArray[Any]) -> None:
         """Put the checked arrays in place of what was passed (a frozen dataclass bars setattr)."""
         self.__dict__.update(arrays)

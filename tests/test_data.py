@@ -1,5 +1,7 @@
+import copy
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -106,3 +108,21 @@ def test_features_hold_the_lines_of_their_segments():
     scan = LaserScan(angles=[], ranges=[])
     features = Features(scan=scan, segments=segments, corners=PointFeatures(**CORNERS))
     assert features.lines is segments.lines
+
+
+def pickled(data):
+    return pickle.loads(pickle.dumps(data))  # noqa: S301 - our own bytes
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, pickled])
+def test_what_was_pickled_or_copied_is_the_same_and_read_only(again):
+    scan = LaserScan(angles=[0.0, 0.1, 0.2], ranges=[2.0, 3.0, math.inf])
+    scan.points  # noqa: B018 - cached, and so pickled
+    other = again(scan)
+    for field in ("angles", "ranges", "points", "valid", "beams"):
+        array = getattr(other, field)
+        np.testing.assert_array_equal(array, getattr(scan, field))
+        assert not array.flags.writeable
+    segments = again(LineSegments(**SEGMENTS))
+    assert not segments.lines.theta.flags.writeable
+    np.testing.assert_array_equal(segments.endpoints, SEGMENTS["endpoints"])

@@ -1,7 +1,7 @@
 """What an extractor finds in scans of which the truth is known."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -88,9 +88,7 @@ def extract(extractor: "Pipeline", trial: Trial, number: int) -> tuple[LineSegme
     PluginError
         If the extractor fails; the message has the scan's number.
     """
-    # Made anew: arrays that came from another process can be written to, and numba would compile
-    # every kernel again for them.
-    scan = replace(trial[0])
+    scan = trial[0]
     try:
         detected, features = extractor.detector(scan), extractor(scan)
     except Exception as error:

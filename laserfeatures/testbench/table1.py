@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -142,7 +142,7 @@ def _times(
     """Return the median time of each extractor on some scans spread over all [ms]."""
     chosen = np.linspace(0, len(scans) - 1, min(TIMED, len(scans))).round().astype(int)
     with progress((scans[i] for i in chosen), length=len(chosen), label="times") as sample:
-        runs = run_in_turns(extractors, map(replace, sample))
+        runs = run_in_turns(extractors, sample)
     return {
         name: float("nan") if isinstance(own, Failure) else 1e3 * float(np.median(own.seconds))
         for name, own in runs.items()
