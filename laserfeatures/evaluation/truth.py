@@ -11,6 +11,7 @@ from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_o
 from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.evaluation.true_lines import cross, lines_through, merge_collinear
 from laserfeatures.simulation import Observation
+from laserfeatures.simulation.distances import to_walls
 
 MIN_BEAMS = 4  # that hit a true line
 TOUCHES = 1e-3  # [m]; walls that come nearer to each other meet
@@ -119,7 +120,4 @@ def in_sensor_frame(ends: FloatArray, pose: Pose2D) -> FloatArray:
 
 def _touches(pieces: FloatArray, point: FloatArray) -> bool:
     """Tell whether a point lies on one of the pieces (P, 2, 2) or at its end."""
-    start, along = pieces[:, 0], pieces[:, 1] - pieces[:, 0]
-    share = ((point - start) * along).sum(axis=1) / (along**2).sum(axis=1)
-    nearest = start + np.clip(share, 0, 1)[:, None] * along
-    return bool(np.hypot(*(nearest - point).T).min() <= TOUCHES)
+    return bool(to_walls(pieces, *point.reshape(2, 1, 1)).min() <= TOUCHES)

@@ -144,11 +144,9 @@ def _outline(rng: Generator, corners: FloatArray) -> FloatArray:
 def _clearance(world: World, x: float, y: float) -> float:
     """Return the distance [m] of a point from the nearest wall, or -1 outside of a polygon."""
     start, along = world.walls[:, 0], world.walls[:, 1] - world.walls[:, 0]
-    to = np.array((x, y)) - start
-    share = np.clip((to * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
     crossed = (start[:, 1] > y) != (world.walls[:, 1, 1] > y)
     with np.errstate(divide="ignore", invalid="ignore"):
-        right = x < start[:, 0] + to[:, 1] * along[:, 0] / along[:, 1]
+        right = x < start[:, 0] + (y - start[:, 1]) * along[:, 0] / along[:, 1]
     if (crossed & right).sum() % 2 == 0:
         return -1.0
-    return float(np.hypot(*(to - share[:, None] * along).T).min())
+    return float(world.distances((x, y)).min())

@@ -6,6 +6,7 @@ from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.evaluation import Truth
 from laserfeatures.evaluation.true_lines import cross, normalised
+from laserfeatures.simulation.distances import to_walls
 from laserfeatures.testbench.real.alignment import Locator
 from laserfeatures.testbench.real.plan import Plan
 from laserfeatures.testbench.real.view import View
@@ -87,7 +88,4 @@ def _meet(one: FloatArray, other: FloatArray, point: FloatArray) -> bool:
 
 def _reaches(walls: FloatArray, point: FloatArray) -> bool:
     """Tell whether one of some walls (P, 2, 2) comes within 20 cm of a point."""
-    start, along = walls[:, 0], walls[:, 1] - walls[:, 0]
-    share = ((point - start) * along).sum(axis=1) / (along**2).sum(axis=1)
-    nearest = start + np.clip(share, 0, 1)[:, None] * along
-    return bool(np.hypot(*(nearest - point).T).min() <= REACH)
+    return bool(to_walls(walls, *point.reshape(2, 1, 1)).min() <= REACH)
