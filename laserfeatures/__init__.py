@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from laserfeatures.data import Features, LaserScan, Lines, LineSegments, PointFeatures, Pose2D
 from laserfeatures.errors import (
+    DeviceLostError,
     DriveError,
     DriverError,
     DriverTimeoutError,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "DeviceLostError",
     "DriveError",
     "DriverError",
     "DriverTimeoutError",

@@ -9,6 +9,7 @@
     ├── SourceError            (OSError)       a log, bag or plan cannot be read
     ├── DriveError             (RuntimeError)  a simulated robot cannot go on
     └── DriverError            (OSError)       a device cannot be opened or answers wrongly
+        ├── DeviceLostError                    a device was unplugged, or its port closed
         ├── DriverTimeoutError (TimeoutError)  a device does not answer in time
         └── ProtocolError                      a device's answer is not what its protocol says
 
@@ -42,6 +43,10 @@ class DriveError(LaserFeaturesError, RuntimeError):
 
 class DriverError(LaserFeaturesError, OSError):
     """A device cannot be opened or used."""
+
+
+class DeviceLostError(DriverError):
+    """A device is gone: unplugged, or its port was closed by the other end."""
 
 
 class DriverTimeoutError(DriverError, TimeoutError):

@@ -1,0 +1,149 @@
+"""The thread that reads a port, so that nothing is lost while its user is busy."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TypeVar
+
+from laserfeatures.drivers.decoder import Decoder, Halt, Sweep
+from laserfeatures.drivers.port import Port
+
+Tap = Callable[[str, bytes, float], None]
+Reply = TypeVar("Reply")
+
+POLL = 0.1  # [s]; how long a closing driver waits for its thread at most
+HEARD = 4096  # bytes kept, to say what answered
+REPLIES = 256
+
+_EPOCH = time.time() - time.monotonic()
+
+
+def now() -> float:
+    """Return the time [s since the epoch], on a clock that is never set."""
+    return _EPOCH + time.monotonic()
+
+
+class Reader:
+    """Reads a port into a decoder and keeps what comes out until it is fetched.
+
+    Parameters
+    ----------
+    port : Port
+        Where the device is.
+    decoder : Decoder
+        Of its protocol.
+    buffer : int
+        How many scans are kept; beyond that the oldest goes, and is counted.
+    tap : callable or None
+        Is called with "rx" or "tx", the bytes and their time, in the decoder's order.
+    """
+
+    def __init__(self, port: Port, decoder: Decoder, buffer: int, tap: Tap | None) -> None:
+        self.port = port
+        self.heard = bytearray()
+        self.last_heard = now()
+        self._decoder = decoder
+        self._tap = tap
+        self._sweeps: deque[Sweep | Halt] = deque()
+        self._buffer = buffer
+        self._replies: deque[object] = deque(maxlen=REPLIES)
+        self._news = threading.Condition()
+        self._error: BaseException | None = None
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name=f"read {port.name}", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and close the port."""
+        self._stopping = True
+        self._thread.join()
+        self.port.close()
+
+    def write(self, data: bytes, gap: float = 0.0) -> None:
+        """Send bytes to the device, one by one with a pause of `gap` [s] if that is not 0.
+
+        Raises
+        ------
+        DeviceLostError
+            If the port is gone.
+        """
+        with self._news:
+            time_ = now()
+            if self._tap:
+                self._tap("tx", data, time_)
+            self._decoder.sent(data, time_)
+        if not gap:
+            self.port.write(data)
+            return
+        for i in range(len(data)):
+            self.port.write(data[i : i + 1])
+            time.sleep(gap)
+
+    def forget(self) -> None:
+        """Drop the replies that nobody has fetched."""
+        with self._news:
+            self._replies.clear()
+
+    def sweep(self, timeout: float) -> Sweep | Halt | None:
+        """Return the next scan, or None if none has come within `timeout` [s]."""
+
+        def look() -> Sweep | Halt | None:
+            return self._sweeps.popleft() if self._sweeps else None
+
+        return self._wait(timeout, look)
+
+    def reply(self, match: Callable[[object], Reply | None], timeout: float) -> Reply | None:
+        """Return what `match` makes of the first reply that it accepts, or None after `timeout`.
+
+        The replies before it are dropped.
+        """
+
+        def look() -> Reply | None:
+            while self._replies:
+                found = match(self._replies.popleft())
+                if found is not None:
+                    return found
+            return None
+
+        return self._wait(timeout, look)
+
+    def _wait(self, timeout: float, look: Callable[[], Reply | None]) -> Reply | None:
+        deadline = time.monotonic() + timeout
+        with self._news:
+            while (found := look()) is None:
+                if self._error:
+                    raise self._error
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    return None
+                self._news.wait(left)
+            return found
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping:
+                data = self.port.read(POLL)
+                if data:
+                    self._take(data, now())
+        except BaseException as error:  # noqa: BLE001 - whoever waits for scans gets it
+            with self._news:
+                self._error = error
+                self._news.notify_all()
+
+    def _take(self, data: bytes, time_: float) -> None:
+        with self._news:
+            self.last_heard = time_
+            self.heard += data
+            del self.heard[:-HEARD]
+            if self._tap:
+                self._tap("rx", data, time_)
+            for message in self._decoder.received(data, time_):
+                if isinstance(message, Sweep | Halt):
+                    self._sweeps.append(message)
+                else:
+                    self._replies.append(message)
+            while len(self._sweeps) > self._buffer:
+                dropped = self._sweeps.popleft()
+                self._decoder.losses.overruns += isinstance(dropped, Sweep)
+            self._news.notify_all()
