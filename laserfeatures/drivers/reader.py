@@ -91,7 +91,8 @@ class Reader:
         def look() -> Sweep | Halt | None:
             return self._sweeps.popleft() if self._sweeps else None
 
-        return self._wait(timeout, look)
+        event: Sweep | Halt | None = self._wait(timeout, look)
+        return event
 
     def reply(self, match: Callable[[object], Reply | None], timeout: float) -> Reply | None:
         """Return what `match` makes of the first reply that it accepts, or None after `timeout`.

@@ -92,10 +92,10 @@ class Pty:
             try:
                 data = data[os.write(self._master, data) :]
             except BlockingIOError:
-                if not self._patient:
-                    self.dropped += len(data)  # nobody reads: a real device drops it, too
-                    return
-                select.select([], [self._master], [], WRITABLE)
+                if self._patient and select.select([], [self._master], [], WRITABLE)[1]:
+                    continue
+                self.dropped += len(data)  # nobody reads: a real device drops it, too
+                return
 
     def host_baud(self) -> int | None:
         """Return the rate that is set on the terminal."""
