@@ -6,7 +6,7 @@ share.
 """
 
 from laserfeatures.drivers.address import DRIVERS, is_address, make_driver, settings_of
-from laserfeatures.drivers.decoder import Decoder, Halt, Sweep
+from laserfeatures.drivers.decoder import Decoder, Event, Halt, Sweep
 from laserfeatures.drivers.driver import Driver
 from laserfeatures.drivers.losses import Losses
 
@@ -14,6 +14,7 @@ __all__ = [
     "DRIVERS",
     "Decoder",
     "Driver",
+    "Event",
     "Halt",
     "Losses",
     "Sweep",

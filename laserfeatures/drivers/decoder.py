@@ -12,8 +12,12 @@ from laserfeatures.drivers.losses import Losses
 from laserfeatures.scan import LaserScan
 
 
+class Event:
+    """What whoever iterates the scans must know; anything else that is decoded is a reply."""
+
+
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Event):
     """A scan, and when its first byte came [s since the epoch]."""
 
     scan: LaserScan
@@ -21,7 +25,7 @@ class Sweep:
 
 
 @dataclass(frozen=True)
-class Halt:
+class Halt(Event):
     """The device has stopped sending scans of its own accord, and why."""
 
     reason: str

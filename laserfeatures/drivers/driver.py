@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import ClassVar, Self, TypeVar
 
-from laserfeatures.drivers.decoder import Decoder, Halt
+from laserfeatures.drivers.decoder import Decoder, Event, Halt, Sweep
 from laserfeatures.drivers.identify import identify
 from laserfeatures.drivers.losses import Losses
 from laserfeatures.drivers.port import Port
 from laserfeatures.drivers.reader import Reader, Tap
+from laserfeatures.drivers.usb import UsbIdentity, find_port, usb_identity
 from laserfeatures.errors import DeviceLostError, DriverError, DriverTimeoutError, ProtocolError
 from laserfeatures.scan import LaserScan
 
@@ -39,7 +40,8 @@ class Driver(ABC):
     baud : int or None
         Rate of the port [Bd]; None: the protocol's usual one, or found by trying.
     reconnect : bool
-        Whether to wait for a device that is gone, and go on, instead of raising an error.
+        Whether to wait for a device that is gone, and go on, instead of raising an error. A USB
+        device with a serial number is found again under whatever name it comes back.
     buffer : int
         How many scans are kept for a user who is busy; then the oldest is dropped and counted.
     tap : callable or None
@@ -69,6 +71,7 @@ class Driver(ABC):
     losses: Losses = field(init=False, default_factory=Losses)
     arrival: float = field(init=False, default=float("nan"))
     _reader: Reader | None = field(init=False, default=None, repr=False)
+    _usb: UsbIdentity | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -163,12 +166,12 @@ class Driver(ABC):
             if self._reader is None:
                 raise StopIteration
             try:
-                sweep = self._reader.sweep(self.patience)
-                if sweep is not None and not isinstance(sweep, Halt):
-                    self.arrival = sweep.arrival
-                    return sweep.scan
+                event = self._reader.event(self.patience)
+                if isinstance(event, Sweep):
+                    self.arrival = event.arrival
+                    return event.scan
                 failures += 1
-                self._recover(sweep, failures)
+                self._recover(event, failures)
             except DriverError as error:
                 if not self.reconnect:
                     raise
@@ -221,7 +224,9 @@ class Driver(ABC):
     # How it is done.
 
     def _connect(self) -> None:
-        port = Port(self.port, self.baud or self.usual_baud)
+        name = self.port if self._usb is None else find_port(self._usb) or self.port
+        port = Port(name, self.baud or self.usual_baud)
+        self._usb = self._usb or usb_identity(name)
         self._reader = Reader(port, self.decoder(), self.buffer, self.tap)
         try:
             self._start()
@@ -234,16 +239,20 @@ class Driver(ABC):
         if reader is not None:
             reader.stop()
 
-    def _recover(self, halt: Halt | None, failures: int) -> None:
+    def _recover(self, event: Event | None, failures: int) -> None:
         """Start a silent or halted device again without opening its port anew."""
-        if halt is None:
+        if isinstance(event, Halt):
+            reason = event.reason
+        else:
+            reason = f"no scan for {self.patience:.1f} s"
             self.losses.silences += 1
-        reason = halt.reason if halt else f"no scan for {self.patience:.1f} s"
         self.losses.problem = reason
         if failures > RESTARTS:
             raise self._no_answer(f"scans ({reason})")
         log.warning("%s: %s: starting the sweep again", self.port, reason)
         self.losses.restarts += 1
+        self.reader.forget()
+        self.reader.heard.clear()
         try:
             self._start()
         except DeviceLostError:

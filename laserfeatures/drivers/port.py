@@ -146,16 +146,28 @@ def _ports_there() -> str:
 
 
 def _advice(name: str, baud: int, error: BaseException) -> str:
-    number = error.errno if isinstance(error, OSError) else None
+    number = _number(error)
     if number == errno.EACCES:
         return f"permission denied: {_group_advice(name)}"
     if number in {errno.EAGAIN, errno.EBUSY}:
         return "another program uses this port: close it first ('fuser' names it)"
     if number in {errno.ENOTTY, errno.EINVAL, errno.EIO}:
-        return f"cannot be used as a serial port at {baud} Bd: {_why(error)}"
+        return (
+            f"cannot be used as a serial port at {baud} Bd: it is another device, or cannot do that"
+        )
     if number == errno.ECONNREFUSED or name.startswith("socket:"):
         return f"nobody answers there ({_why(error)}): check the address and that the device is on"
     return f"cannot be opened: {_why(error)}"
+
+
+def _number(error: BaseException | None) -> int | None:
+    """Return the system's error number, which pyserial's error has or was raised from."""
+    while error is not None:
+        number = getattr(error, "errno", None) or (error.args[0] if error.args else None)
+        if isinstance(number, int):
+            return number
+        error = error.__context__
+    return None
 
 
 def _group_advice(name: str) -> str:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TypeVar
 
-from laserfeatures.drivers.decoder import Decoder, Halt, Sweep
+from laserfeatures.drivers.decoder import Decoder, Event, Sweep
 from laserfeatures.drivers.port import Port
 
 Tap = Callable[[str, bytes, float], None]
@@ -36,7 +36,8 @@ class Reader:
     buffer : int
         How many scans are kept; beyond that the oldest goes, and is counted.
     tap : callable or None
-        Is called with "rx" or "tx", the bytes and their time, in the decoder's order.
+        Is called with "rx" or "tx", the bytes and their time, in the decoder's order; first of all
+        with "open" and no bytes.
     """
 
     def __init__(self, port: Port, decoder: Decoder, buffer: int, tap: Tap | None) -> None:
@@ -45,12 +46,14 @@ class Reader:
         self.last_heard = now()
         self._decoder = decoder
         self._tap = tap
-        self._sweeps: deque[Sweep | Halt] = deque()
+        self._events: deque[Event] = deque()
         self._buffer = buffer
         self._replies: deque[object] = deque(maxlen=REPLIES)
         self._news = threading.Condition()
         self._error: BaseException | None = None
         self._stopping = False
+        if tap:
+            tap("open", b"", self.last_heard)
         self._thread = threading.Thread(target=self._run, name=f"read {port.name}", daemon=True)
         self._thread.start()
 
@@ -85,14 +88,9 @@ class Reader:
         with self._news:
             self._replies.clear()
 
-    def sweep(self, timeout: float) -> Sweep | Halt | None:
-        """Return the next scan, or None if none has come within `timeout` [s]."""
-
-        def look() -> Sweep | Halt | None:
-            return self._sweeps.popleft() if self._sweeps else None
-
-        event: Sweep | Halt | None = self._wait(timeout, look)
-        return event
+    def event(self, timeout: float) -> Event | None:
+        """Return the next scan or halt, or None if none has come within `timeout` [s]."""
+        return self._wait(timeout, lambda: self._events.popleft() if self._events else None)
 
     def reply(self, match: Callable[[object], Reply | None], timeout: float) -> Reply | None:
         """Return what `match` makes of the first reply that it accepts, or None after `timeout`.
@@ -140,11 +138,11 @@ class Reader:
             if self._tap:
                 self._tap("rx", data, time_)
             for message in self._decoder.received(data, time_):
-                if isinstance(message, Sweep | Halt):
-                    self._sweeps.append(message)
+                if isinstance(message, Event):
+                    self._events.append(message)
                 else:
                     self._replies.append(message)
-            while len(self._sweeps) > self._buffer:
-                dropped = self._sweeps.popleft()
+            while len(self._events) > self._buffer:
+                dropped = self._events.popleft()
                 self._decoder.losses.overruns += isinstance(dropped, Sweep)
             self._news.notify_all()

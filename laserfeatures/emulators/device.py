@@ -10,6 +10,7 @@ from laserfeatures.emulators.feed import Feed
 
 BITS = 10  # on the wire for a byte: start, eight, stop
 CHUNK = 0.002  # [s]; bytes on a slow line come in pieces of this length
+SILENCING = {"stuck", "restart", "unplug"}  # faults that lose whole frames
 GARBLED = 0x5A  # what a byte is mixed with when both ends differ in their baud rates
 
 
@@ -31,7 +32,7 @@ class Device(ABC):
     baud : int or None
         Rate of its line now [Bd]; None: USB, where a rate has no meaning.
     frames : deque of (int, str or None)
-        The scan frames sent: number of the turn, and the name of the fault that hit it.
+        The scan frames sent: number of the turn, and the name of the fault that damaged it.
     """
 
     name: ClassVar[str]
@@ -78,14 +79,16 @@ class Device(ABC):
             Number of the turn, if the frame is (part of) a scan.
         """
         sent, fault = self.faults.damage(frame)
-        if turn is not None:
-            self.frames.append((turn, fault))
+        lost = "stuck" if at < self._stuck_until else fault
+        if turn is not None:  # a first byte doubled, or garbage before it, leaves a frame whole
+            whole = lost not in SILENCING and frame in sent
+            self.frames.append((turn, None if whole else lost))
         if fault == "restart":
             self.power_on(at)
         elif fault == "stuck":
             self._stuck_until = at + self.faults.stuck_time
             self._waiting.clear()
-        elif at >= self._stuck_until:
+        elif lost != "stuck":
             self._waiting.append((at, sent))
 
     def hush(self) -> None:
@@ -96,9 +99,14 @@ class Device(ABC):
 
     def due(self, now: float) -> float:
         """Return when `exchange` should be called next."""
-        if self._waiting:
-            return max(self._waiting[0][0], min(self._line_free, now + CHUNK))
-        return self.next_event()
+        if not self._waiting:
+            return self.next_event()
+        at, frame = self._waiting[0]
+        if self.baud is None:
+            return min(at, self.next_event())
+        begin = max(at, self._line_free)
+        whole = begin + len(frame) * BITS / self.baud
+        return min(whole, max(now, begin) + CHUNK, self.next_event())
 
     def take(self, now: float, host_baud: int | None = None) -> bytes:
         """Return the bytes that have gone over the line by now.

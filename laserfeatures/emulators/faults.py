@@ -46,8 +46,6 @@ FAULTS: Mapping[str, Callable[[bytes, Random], bytes]] = {
 """What may hit a frame: garbage before it (the frame itself stays whole), a byte lost or doubled, a
 bit flipped, its end cut off; the device falls silent, restarts, or is unplugged and plugged in."""
 
-HARMLESS = {"garbage"}  # to the frame that it hits
-
 
 class Faults:
     """Hits frames at random.

@@ -12,6 +12,8 @@ from laserfeatures.scan import LaserScan, Pose2D
 from laserfeatures.simulation import World
 from laserfeatures.simulation.raycast import cast
 
+NEAR = 0.75  # steps between beams: what is farther from the nearest lies in a gap
+
 
 class Feed(Protocol):
     """What a scanner sees, turn after turn."""
@@ -102,12 +104,9 @@ class ScansFeed:
 def sampled(scan: LaserScan, angles: FloatArray) -> FloatArray:
     """Return the ranges [m] of a scan along other directions (N,) [rad]; nan: no return."""
     ranges = np.where(scan.valid, scan.ranges, math.nan)
-    turned = (angles - scan.angles[0]) % (2 * math.pi) + scan.angles[0]
-    right = np.searchsorted(scan.angles, turned).clip(1, max(len(scan) - 1, 1))
-    right = np.minimum(right, len(scan) - 1)
+    step = float(np.median(np.diff(scan.angles))) if len(scan) > 1 else math.tau
+    turned = (angles - scan.angles[0] + step) % math.tau + scan.angles[0] - step
+    right = np.searchsorted(scan.angles, turned).clip(0, len(scan) - 1)
     left = np.maximum(right - 1, 0)
     nearer = np.where(turned - scan.angles[left] <= scan.angles[right] - turned, left, right)
-    step = np.median(np.diff(scan.angles)) if len(scan) > 1 else math.tau
-    off = abs(turned - scan.angles[nearer])
-    off = np.minimum(off, math.tau - off)
-    return np.where(off <= 0.75 * step, ranges[nearer], math.nan)
+    return np.where(abs(turned - scan.angles[nearer]) <= NEAR * step, ranges[nearer], math.nan)

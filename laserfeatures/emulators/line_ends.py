@@ -17,7 +17,15 @@ TCGETS2, TERMIOS2 = 0x802C542A, struct.Struct("=4IB19s2I")  # Linux: holds any r
 
 
 class End(Protocol):
-    """The device's end of a line."""
+    """The device's end of a line.
+
+    Attributes
+    ----------
+    dropped : int
+        Bytes lost because the host did not read.
+    """
+
+    dropped: int
 
     @property
     def name(self) -> str:
@@ -45,11 +53,6 @@ class Pty:
         Name of a symbolic link to make.
     patient : bool
         Whether to wait for a host that reads too slowly, which no real device does.
-
-    Attributes
-    ----------
-    dropped : int
-        Bytes lost because the host did not read.
 
     Raises
     ------
@@ -111,17 +114,24 @@ class Pty:
 
 
 class Tcp:
-    """A TCP port on this machine, for one host at a time."""
+    """A TCP port on this machine, for one host at a time.
+
+    Attributes
+    ----------
+    number : int
+        The port's number.
+    """
 
     def __init__(self, port: int = 0, host: str = "127.0.0.1") -> None:
         self._server = socket.create_server((host, port))
         self._client: socket.socket | None = None
+        self.number: int = self._server.getsockname()[1]
+        self.dropped = 0
 
     @property
     def name(self) -> str:
         """What pyserial opens."""
-        host, port = self._server.getsockname()[:2]
-        return f"socket://{host}:{port}"
+        return f"socket://{self._server.getsockname()[0]}:{self.number}"
 
     def read(self, timeout: float) -> bytes:
         """Return what the host sent; take the next host if there is none."""

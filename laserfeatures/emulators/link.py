@@ -65,6 +65,11 @@ class Emulator:
             raise DriverError(f"the emulated {self.device.name} is not plugged in")
         return self._end.name
 
+    @property
+    def dropped(self) -> int:
+        """Bytes lost so far because the host did not read them."""
+        return 0 if self._end is None else self._end.dropped
+
     def __enter__(self) -> Self:
         """Plug it in and power it on."""
         self._end = self._plug()
@@ -98,8 +103,7 @@ class Emulator:
         if self._end is None:
             raise DriverError("the emulator is not plugged in")
         end, device, now = self._end, self.device, self._now()
-        rate = end.host_baud()
-        out = device.take(now, rate)
+        out = device.take(now, end.host_baud())
         if out:
             end.write(out)
         if device.faults.unplugged:
@@ -108,7 +112,7 @@ class Emulator:
         sleep = (device.due(now) - self._now()) / self.speed
         heard = end.read(min(max(sleep, 0.0), LONGEST_SLEEP))
         if heard:
-            device.give(heard, self._now(), rate)
+            device.give(heard, self._now(), end.host_baud())
 
     def _replug(self) -> None:
         """Unplug, wait, and plug in again: a USB device has lost its power, too."""
@@ -121,7 +125,11 @@ class Emulator:
         self.device.power_on(self._now())
 
     def _plug(self) -> End:
-        return Pty(self._link, patient=self._patient) if self._tcp is None else Tcp(self._tcp)
+        if self._tcp is None:
+            return Pty(self._link, patient=self._patient)
+        end = Tcp(self._tcp)
+        self._tcp = end.number  # the same when it is plugged in again
+        return end
 
     def _now(self) -> float:
         return (time.monotonic() - self._started) * self.speed
