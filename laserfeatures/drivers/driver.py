@@ -24,6 +24,7 @@ RESTARTS = 3  # in a row without a scan between them, then the device is given u
 PAUSE = 0.5  # [s] between two tries to open a lost port again
 
 log = logging.getLogger("laserfeatures.drivers")
+log.addHandler(logging.NullHandler())  # who wants to see it asks for it
 
 
 @dataclass(kw_only=True, eq=False)
@@ -264,14 +265,14 @@ class Driver(ABC):
     def _reconnect(self, error: DriverError) -> None:
         """Wait until the device is back, then go on with it."""
         self.losses.problem = str(error)
+        log.warning("%s: waiting for the device", error)
         while True:
-            log.warning("%s: %s: waiting for the device", self.port, error)
             self._disconnect()
             time.sleep(PAUSE)
             try:
                 self._connect()
             except DriverError as still:
-                error = still
+                log.debug("%s: still waiting", still)
                 continue
             self.losses.reconnects += 1
             return

@@ -49,7 +49,9 @@ class Reader:
         self._events: deque[Event] = deque()
         self._buffer = buffer
         self._replies: deque[object] = deque(maxlen=REPLIES)
-        self._news = threading.Condition()
+        self._lock = threading.Lock()
+        self._new_event = threading.Condition(self._lock)
+        self._new_reply = threading.Condition(self._lock)
         self._error: BaseException | None = None
         self._stopping = False
         if tap:
@@ -71,7 +73,7 @@ class Reader:
         DeviceLostError
             If the port is gone.
         """
-        with self._news:
+        with self._lock:
             time_ = now()
             if self._tap:
                 self._tap("tx", data, time_)
@@ -85,12 +87,14 @@ class Reader:
 
     def forget(self) -> None:
         """Drop the replies that nobody has fetched."""
-        with self._news:
+        with self._lock:
             self._replies.clear()
 
     def event(self, timeout: float) -> Event | None:
         """Return the next scan or halt, or None if none has come within `timeout` [s]."""
-        return self._wait(timeout, lambda: self._events.popleft() if self._events else None)
+        return self._wait(
+            self._new_event, timeout, lambda: self._events.popleft() if self._events else None
+        )
 
     def reply(self, match: Callable[[object], Reply | None], timeout: float) -> Reply | None:
         """Return what `match` makes of the first reply that it accepts, or None after `timeout`.
@@ -105,18 +109,20 @@ class Reader:
                     return found
             return None
 
-        return self._wait(timeout, look)
+        return self._wait(self._new_reply, timeout, look)
 
-    def _wait(self, timeout: float, look: Callable[[], Reply | None]) -> Reply | None:
+    def _wait(
+        self, news: threading.Condition, timeout: float, look: Callable[[], Reply | None]
+    ) -> Reply | None:
         deadline = time.monotonic() + timeout
-        with self._news:
+        with self._lock:
             while (found := look()) is None:
                 if self._error:
                     raise self._error
                 left = deadline - time.monotonic()
                 if left <= 0:
                     return None
-                self._news.wait(left)
+                news.wait(left)
             return found
 
     def _run(self) -> None:
@@ -126,12 +132,13 @@ class Reader:
                 if data:
                     self._take(data, now())
         except BaseException as error:  # noqa: BLE001 - whoever waits for scans gets it
-            with self._news:
+            with self._lock:
                 self._error = error
-                self._news.notify_all()
+                self._new_event.notify_all()
+                self._new_reply.notify_all()
 
     def _take(self, data: bytes, time_: float) -> None:
-        with self._news:
+        with self._lock:
             self.last_heard = time_
             self.heard += data
             del self.heard[:-HEARD]
@@ -140,9 +147,10 @@ class Reader:
             for message in self._decoder.received(data, time_):
                 if isinstance(message, Event):
                     self._events.append(message)
+                    self._new_event.notify()
                 else:
                     self._replies.append(message)
+                    self._new_reply.notify()
             while len(self._events) > self._buffer:
                 dropped = self._events.popleft()
                 self._decoder.losses.overruns += isinstance(dropped, Sweep)
-            self._news.notify_all()

@@ -78,17 +78,17 @@ class Device(ABC):
         turn : int, optional
             Number of the turn, if the frame is (part of) a scan.
         """
-        sent, fault = self.faults.damage(frame)
-        lost = "stuck" if at < self._stuck_until else fault
+        stuck = at < self._stuck_until
+        sent, lost = (frame, "stuck") if stuck else self.faults.damage(frame)
         if turn is not None:  # a first byte doubled, or garbage before it, leaves a frame whole
             whole = lost not in SILENCING and frame in sent
             self.frames.append((turn, None if whole else lost))
-        if fault == "restart":
+        if lost == "restart":
             self.power_on(at)
-        elif fault == "stuck":
-            self._stuck_until = at + self.faults.stuck_time
+        elif lost == "stuck":
+            self._stuck_until = max(self._stuck_until, at + self.faults.stuck_time * (not stuck))
             self._waiting.clear()
-        elif lost != "stuck":
+        else:
             self._waiting.append((at, sent))
 
     def hush(self) -> None:

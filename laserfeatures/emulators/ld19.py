@@ -49,12 +49,13 @@ class Ld19Device(Device):
         self.baud = 230_400
         self._turn_rate, self._spin_up = turn_rate, spin_up
         self._clock_ms, self._intensity = clock_ms, intensity
+        self._turn = -1
 
     def power_on(self, now: float) -> None:
         """Begin to turn."""
         self.hush()
         self._since = now
-        self._turn = -1
+        self._mirror = -1  # turns since power-on
         self._sample = 0  # next to be measured
         self._angles: deque[float] = deque()  # of the samples measured, in turns since power-on
         self._ranges: deque[float] = deque()
@@ -93,7 +94,8 @@ class Ld19Device(Device):
         """See to it that the samples of the next frame are there, turn by turn."""
         while len(self._angles) < POINTS:
             self._turn += 1
-            samples = range(self._sample_at(self._turn), self._sample_at(self._turn + 1))
+            self._mirror += 1
+            samples = range(self._sample_at(self._mirror), self._sample_at(self._mirror + 1))
             turned = np.array([self._turned(i / RATE) for i in samples])
             self._angles.extend(turned)
             self._ranges.extend(self._see(turned))
