@@ -7,7 +7,8 @@ device; terminal, driver and its thread are the real ones.
 
 What a turn lacks beyond its damaged frames (and, in formats that need it, their neighbours) is
 counted as undamaged frames lost. Faults of the device itself (stuck, restart, unplug) also take
-what was on its way to the host: the turns around such an event are left out.
+what was on its way to the host: the turns around such an event, until scans come again, are left
+out.
 """
 
 import argparse
@@ -144,18 +145,22 @@ def count(scan, newest, delivered, outcome, last):
     return last
 
 
+def around_events(hits, delivered):
+    """Return the turns around what befell the device itself, until scans came again after it."""
+    near = set()
+    for turn, faults in hits.items():
+        for fault in set(faults) & set(AROUND):
+            again = next((each for each in delivered if each > turn), turn)
+            near |= set(range(turn - AROUND[fault], max(again, turn + AROUND[fault]) + 1))
+    return near
+
+
 def judge(case, frames, delivered, outcome):
     """Compare what was delivered with the device's own account."""
     hits = defaultdict(list)
     for turn, fault in frames:
         hits[turn].append(fault)
-    events = [turn for turn, faults in hits.items() if set(faults) & set(AROUND)]
-    near = {
-        turn + i
-        for turn in events
-        for fault in set(hits[turn]) & set(AROUND)
-        for i in range(-AROUND[fault], AROUND[fault] + 1)
-    }
+    near = around_events(hits, sorted(delivered))
     outcome.frames = len(frames)
     outcome.hit = sum(fault is not None for _, fault in frames)
     if not delivered:

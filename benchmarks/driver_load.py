@@ -138,6 +138,9 @@ def main():
         rows.append([each.name, len(late), rate, lost(each.losses), each.corners, *quantiles])
     print(table(HEAD, rows))
     print(f"\n{share:.0%} of one core for {len(rows)} devices; bytes dropped: {dropped}")
+    gone = sum(lost(each.losses) for each in everything)
+    if gone or dropped:
+        raise SystemExit(f"{gone} scans were lost")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 // Reads scans through MRPT's drivers: `mrpt_client urg|lms|rplidar PORT SCANS [BAUD]`.
-// Prints a line a scan: number of beams, of valid ones, first and last angle [rad], and the ranges.
+// Prints a line a scan: number of beams, of valid ones, field of view [rad] (negative: from
+// left to right), and the ranges; 0 is none.
 // RPLIDARs are driven by the vendor's own SDK, which MRPT brings.
 #include <mrpt/hwdrivers/CHokuyoURG.h>
 #include <mrpt/hwdrivers/CRoboPeakLidar.h>
@@ -56,7 +57,7 @@ int main(int count, char** arguments) {
       const auto beams = scan.getScanSize();
       int valid = 0;
       for (size_t i = 0; i < beams; i++) valid += scan.getScanRangeValidity(i) ? 1 : 0;
-      std::printf("scan %zu %d %.5f", beams, valid, double(scan.aperture));
+      std::printf("scan %zu %d %.5f", beams, valid, (scan.rightToLeft ? 1 : -1) * double(scan.aperture));
       for (size_t i = 0; i < beams; i++)
         std::printf(" %.3f", scan.getScanRangeValidity(i) ? double(scan.getScanRange(i)) : 0.0);
       std::printf("\n");
