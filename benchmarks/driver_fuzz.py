@@ -22,6 +22,7 @@ from laserfeatures.emulators.devices import device_class
 QUERIES = {"lms": ["", "mode=interlaced"], "rplidar": ["scan_mode=standard", "scan_mode=express"]}
 SCANS = 12  # in a session
 PIECE = 600  # bytes at most
+LARGE = 2000  # bytes
 KEPT = 1_000_000  # bytes that a decoder may hold on to
 HEAD = ["protocol", "bytes", "seconds", "frames taken", "damaged", "kept", "sound behind it"]
 
@@ -48,7 +49,18 @@ def session(protocol, query):
         ) as driver,
     ):
         list(itertools.islice(driver, SCANS))
-    return heard, driver
+    return joined(heard), driver
+
+
+def joined(heard):
+    """Join what came in small pieces, so that damage leaves some frames whole."""
+    whole = []
+    for kind, data, at in heard:
+        if whole and whole[-1][0] == kind and len(whole[-1][1]) < LARGE:
+            whole[-1] = (kind, whole[-1][1] + data, at)
+        else:
+            whole.append((kind, data, at))
+    return whole
 
 
 def mutated(data, random):

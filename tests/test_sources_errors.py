@@ -45,12 +45,6 @@ def test_missing_files_and_empty_folders(tmp_path):
         lf.open_source(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["urg:///dev/ttyACM0", "tcp://host:1"])
-def test_ports_are_no_files(name):
-    with pytest.raises(lf.SourceError, match=f"{name}: expected a file or folder; ports"):
-        lf.open_source(name)
-
-
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [

@@ -5,11 +5,14 @@ import click
 import laserfeatures as lf
 from laserfeatures.cli.compare import compare
 from laserfeatures.cli.demo import demo
+from laserfeatures.cli.emulate import emulate
 from laserfeatures.cli.extract import extract
 from laserfeatures.cli.extractors import extractors
 from laserfeatures.cli.group import NAME, CommandGroup
 from laserfeatures.cli.info import info
+from laserfeatures.cli.live import live
 from laserfeatures.cli.plot import plot
+from laserfeatures.cli.record import record
 from laserfeatures.cli.simulate import simulate
 from laserfeatures.cli.testbench import testbench
 
@@ -32,6 +35,13 @@ def main() -> None:
       laserfeatures testbench all                        run the paper's tables again
 
     \b
+    With a rangefinder, at /dev/ttyACM0 for example:
+      laserfeatures live urg:///dev/ttyACM0              corners as it turns
+      laserfeatures record urg:///dev/ttyACM0 -o u.rec   a log of it, byte for byte
+      laserfeatures emulate urg --pty-link /tmp/urg      one to try, without hardware
+    Wherever a log is read, such an address will do: urg:, lms:, rplidar:, ld19:.
+
+    \b
     Completion of commands, options, extractors and parameters: a line for the shell's start file.
       bash  eval "$(_LASERFEATURES_COMPLETE=bash_source laserfeatures)"
       zsh   eval "$(_LASERFEATURES_COMPLETE=zsh_source laserfeatures)"
@@ -39,5 +49,10 @@ def main() -> None:
     """  # noqa: D301 - click's mark for lines to keep is a backspace
 
 
-for command in (compare, demo, extract, extractors, info, plot, simulate, testbench):
+COMMANDS = (
+    *(compare, demo, emulate, extract, extractors, info),
+    *(live, plot, record, simulate, testbench),
+)
+
+for command in COMMANDS:
     main.add_command(command)

@@ -3,14 +3,16 @@
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 import laserfeatures as lf
 from laserfeatures.cli import values
+from laserfeatures.cli.ports import ended_by_ctrl_c, warnings_told
 from laserfeatures.sources.formats import FORMATS
+from laserfeatures.sources.live import LiveSource
 
 if TYPE_CHECKING:
     from laserfeatures.sources import Source
@@ -31,7 +33,8 @@ _OPTIONS = (
         type=click.Choice(["raise", "skip"]),
         default="raise",
         show_default=True,
-        help="Stop at a broken record, or skip it and say at the end how many there were.",
+        help="Stop at a broken record, or skip it and say at the end how many there were. A port's "
+        "damaged frames are always skipped.",
     ),
     click.option(
         "--range-max",
@@ -73,23 +76,27 @@ def source_options(command: Command) -> Command:
 def opened(source: str, **options: Any) -> Iterator["Source"]:
     """Open a source with those options; at the end say on standard error what was skipped.
 
+    A port's source ends with the first Ctrl-C as a log ends.
+
     Raises
     ------
     click.UsageError
         If an option makes no sense.
-    SourceError
+    SourceError, DriverError
         If it cannot be read.
     """
-    try:
-        opening = lf.open_source(source, **options)
-    except (TypeError, ValueError) as error:
-        raise click.UsageError(str(error)) from error
-    with opening as scans:
+    with ExitStack() as stack:
+        stack.enter_context(warnings_told())
+        try:
+            scans = stack.enter_context(lf.open_source(source, **options))
+        except (TypeError, ValueError) as error:
+            raise click.UsageError(str(error)) from error
+        stack.enter_context(ended_by_ctrl_c(scans))
         yield scans
         if scans.skipped:
-            records = "record" if scans.skipped == 1 else "records"
+            what = "damaged frame" if isinstance(scans, LiveSource) else "broken record"
             click.echo(
-                f"laserfeatures: skipped {scans.skipped} broken {records}; "
+                f"laserfeatures: skipped {scans.skipped} {what}{'s' * (scans.skipped > 1)}; "
                 f"the first: {scans.first_error}",
                 err=True,
             )

@@ -44,7 +44,7 @@ class GrowingFile:
             If the disk is full.
         """
         try:
-            if self._older and not self.size:
+            if data and self._older and not self.size:
                 os.ftruncate(self._descriptor, 0)
             while data:
                 written = os.write(self._descriptor, data)

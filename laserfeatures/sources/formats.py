@@ -15,6 +15,7 @@ from laserfeatures.sources.gfs import is_gfs, read_gfs
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.npz import read_npz
 from laserfeatures.sources.point_cloud import read_cloud
+from laserfeatures.sources.recording import is_recording, read_recording
 from laserfeatures.sources.rosbag import MAGIC, read_bag
 from laserfeatures.sources.rplidar import is_rplidar, read_rplidar
 from laserfeatures.sources.simulated import is_plan, read_simulated
@@ -43,6 +44,7 @@ FORMATS = {  # in the order in which they are tried: the unmistakable ones first
     "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG, gzip=False),
     "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG, gzip=False),
     "point_cloud": Format(is_point_cloud, read_cloud, CLOUD, gzip=False),
+    "recording": Format(is_recording, read_recording),
     "npz": Format(_starts(b"PK"), read_npz),
     "plan": Format(is_plan, read_simulated, gzip=False),
     "gfs": Format(is_gfs, read_gfs, SICK),
