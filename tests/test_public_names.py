@@ -20,6 +20,7 @@ TREE = {
     "SourceError": (errors.LaserFeaturesError, OSError),
     "DriveError": (errors.LaserFeaturesError, RuntimeError),
     "DriverError": (errors.LaserFeaturesError, OSError),
+    "DeviceLostError": (errors.DriverError,),
     "DriverTimeoutError": (errors.DriverError, TimeoutError),
     "ProtocolError": (errors.DriverError,),
 }

@@ -45,8 +45,9 @@ def extract(
 ) -> None:
     """Write the lines, segments and corners of each scan in SOURCE.
 
-    SOURCE is a log, a bag or a folder of one, or a point cloud with --slice. One JSON object a scan
-    and line, in metres, radians and seconds, in the sensor's frame:
+    SOURCE is a log, a bag or a folder of one, a port as urg:///dev/ttyACM0 (until Ctrl-C, which
+    leaves the file complete), or a point cloud with --slice. One JSON object a scan and line, in
+    metres, radians and seconds, in the sensor's frame:
 
     \b
     {"index": 0, "stamp": 12.5,

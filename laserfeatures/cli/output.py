@@ -41,7 +41,7 @@ def complete_file(
         raise click.UsageError(f"-o {path} is a folder: give the name of a file in it")
     if not target.parent.is_dir():
         raise click.UsageError(f"-o {path}: there is no folder {target.parent}; make it first")
-    if source is not None and Path(source).exists() and target == Path(source).resolve():
+    if source is not None and target in _files_of(source):
         raise click.UsageError(f"-o {path} would overwrite the input: give another name")
     mode, encoding = ("wb", None) if binary else ("w", "utf-8")
     if target.exists() and not target.is_file():
@@ -59,3 +59,9 @@ def complete_file(
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def _files_of(source: str) -> set[Path]:
+    """Return the file that a source reads, be it a log or the recording of a replay."""
+    recording = source.removeprefix("replay:").partition("?")[0]
+    return {Path(name).resolve() for name in (source, recording) if Path(name).exists()}

@@ -1,0 +1,82 @@
+"""What the commands that read ports share: Ctrl-C as the end, and what drivers have to say."""
+
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING
+from urllib.parse import urlencode
+
+import click
+
+from laserfeatures.sources.live import LiveSource
+
+if TYPE_CHECKING:
+    from laserfeatures.sources import Source
+
+
+@contextmanager
+def ended_by_ctrl_c(source: "Source") -> Iterator[None]:
+    """Let the first Ctrl-C end a port's scans as a log ends; the second one interrupts.
+
+    Its time limit ends it, too, while no scan comes.
+    """
+    if not isinstance(source, LiveSource):
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, before)
+        source.interrupt()
+
+    if before is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, end)
+    alarm = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, source.time_left or 0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, alarm)
+        signal.signal(signal.SIGINT, before)
+
+
+class _Teller(logging.Handler):
+    """Says warnings on standard error, the same one once."""
+
+    last = ""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Say it."""
+        text = " ".join(record.getMessage().split())
+        if text != self.last:
+            self.last = text
+            click.echo(f"laserfeatures: {text}", err=True)
+
+
+@contextmanager
+def warnings_told() -> Iterator[None]:
+    """Say on standard error what drivers warn of, such as a device that is waited for."""
+    logger = logging.getLogger("laserfeatures.drivers")
+    teller = _Teller(logging.WARNING)
+    propagate = logger.propagate
+    logger.addHandler(teller)
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.propagate = propagate
+        logger.removeHandler(teller)
+
+
+def with_query(address: str, **values: object) -> str:
+    """Return an address with more in its query, without what is None or False."""
+    given = {
+        name: int(value) if value is True else value
+        for name, value in values.items()
+        if value is not None and value is not False
+    }
+    mark = "&" if "?" in address else "?"
+    return f"{address}{mark}{urlencode(given)}" if given else address

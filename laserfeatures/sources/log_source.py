@@ -1,0 +1,105 @@
+"""A log as a source: its first scans are looked at before it counts as opened."""
+
+from collections.abc import Iterator
+from itertools import chain, islice
+
+import numpy as np
+
+from laserfeatures.data import LaserScan
+from laserfeatures.errors import SourceError
+from laserfeatures.sources.formats import FORMATS
+from laserfeatures.sources.log import Log, Poses, Scans
+from laserfeatures.sources.source import Source
+
+LOOK_AHEAD = 10  # scans
+LONGEST = 100.0  # [m]; nine ranges of ten beyond this are not metres
+
+
+class LogSource(Source):
+    """An open log.
+
+    Parameters
+    ----------
+    log : Log
+        Its path and options.
+    format_ : str
+        Its format's name.
+    """
+
+    def __init__(self, log: Log, format_: str) -> None:
+        self.name = str(log.path)
+        self.path = log.path
+        self.format = format_
+        self._log = log
+        self._reader = FORMATS[format_].read(log)
+        try:
+            self._scans = _look_ahead(log, self._reader)
+        except BaseException:
+            self._reader.close()
+            raise
+
+    @property
+    def poses(self) -> Poses:
+        """What the scans' poses are, as the format's reader says."""
+        return self._log.poses
+
+    @property
+    def skipped(self) -> int:
+        """Number of broken records left out so far (with ``on_error="skip"``)."""
+        return self._log.skipped
+
+    @property
+    def first_error(self) -> str | None:
+        """What was wrong with the first record left out: file, line, expected, got."""
+        return self._log.first_error
+
+    def __next__(self) -> LaserScan:
+        """Return the next scan."""
+        return next(self._scans)
+
+    def close(self) -> None:
+        """Close the log; there are no more scans then."""
+        self._scans = iter(())
+        self._reader.close()
+
+
+def _look_ahead(log: Log, reader: Scans) -> Iterator[LaserScan]:
+    """Return an iterator of the reader's scans, once the first ones have come and make sense."""
+    first: list[LaserScan] = []
+    error = None
+    try:
+        for scan in islice(reader, LOOK_AHEAD):
+            first.append(scan)  # noqa: PERF402 - what came before an error must be kept
+    except SourceError as broken:
+        error = broken
+    if error and not first:
+        raise error
+    if not first:
+        raise SourceError(
+            f"{log.path}: no scan could be read; {log.skipped} records are broken, the first: "
+            f"{log.first_error}"
+            if log.skipped
+            else f"{log.path}: expected laser scans, got none; check the file and its format"
+        )
+    if log.range_max is None:
+        _check_unit(log, first)
+    return chain(first, _rest(reader, error))
+
+
+def _rest(reader: Scans, error: SourceError | None) -> Iterator[LaserScan]:
+    if error:
+        raise error
+    yield from reader
+
+
+def _check_unit(log: Log, scans: list[LaserScan]) -> None:
+    """Raise a SourceError if the ranges cannot be metres."""
+    ranges = np.concatenate([scan.ranges for scan in scans])
+    ranges = ranges[np.isfinite(ranges) & (ranges > 0)]
+    ranges = ranges[ranges < ranges.max(initial=0)]  # the largest may say "no return"
+    if ranges.size and np.quantile(ranges, 0.1) > LONGEST:
+        raise SourceError(
+            f"{log.path}: expected ranges in metres, got a median of {np.median(ranges):.0f}, "
+            "which looks like millimetres; divide them by 1000, or give range_max= (--range-max) "
+            "if they are metres"
+        )
