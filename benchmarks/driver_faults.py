@@ -46,8 +46,10 @@ class Case:
 CASES = {
     "urg": Case(speed=40),
     "lms": Case(speed=10, query="baud=500000"),
-    "rplidar": Case(speed=10, query="scan_mode=standard", points=1),
-    "rplidar express": Case(speed=10, query="scan_mode=express", points=32, neighbours=1),
+    "rplidar": Case(speed=10, query="scan_mode=standard&coverage=0.05", points=1, neighbours=2),
+    "rplidar express": Case(
+        speed=10, query="scan_mode=express&coverage=0.05", points=32, neighbours=1
+    ),
     "ld19": Case(speed=10, points=12),
 }
 

@@ -11,11 +11,12 @@ from contextlib import ExitStack, suppress
 import pytest
 from numbered import NumberedFeed, numbers_of
 
-from laserfeatures import DeviceLostError, DriverError, DriverTimeoutError
+from laserfeatures import DeviceLostError, DriverError, DriverTimeoutError, ProtocolError
 from laserfeatures.drivers import driver as driver_module
 from laserfeatures.drivers import make_driver
 from laserfeatures.drivers.usb import UsbIdentity
 from laserfeatures.emulators import Emulator, Faults
+from laserfeatures.emulators.devices import device_class
 from laserfeatures.emulators.ld19 import Ld19Device
 
 
@@ -197,3 +198,20 @@ def test_an_error_of_the_tap_reaches_the_user():
         make_driver(f"ld19://{played.port}", tap=full) as driver,
     ):
         take(driver, 1)
+
+
+@pytest.mark.parametrize(
+    ("driver", "device", "name"),
+    [
+        ("lms", "urg", "a Hokuyo that speaks SCIP"),
+        ("ld19", "rplidar", "an RPLIDAR"),
+        ("rplidar", "lms", "a SICK LMS2xx"),
+        ("urg", "ld19", "an LD06 or LD19"),
+    ],
+)
+def test_another_device_at_the_port_is_named(driver, device, name):
+    with (
+        Emulator(device_class(device)(NumberedFeed())) as played,
+        pytest.raises(ProtocolError, match=name),
+    ):
+        make_driver(f"{driver}:{played.port}").open()

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import ClassVar, Self, TypeVar
 
 from laserfeatures.drivers.decoder import Decoder, Event, Halt, Sweep
-from laserfeatures.drivers.identify import identify
+from laserfeatures.drivers.identify import ask_around, identify, is_known
 from laserfeatures.drivers.losses import Losses
 from laserfeatures.drivers.port import Port
 from laserfeatures.drivers.reader import Reader, Tap
@@ -231,9 +231,27 @@ class Driver(ABC):
         self._reader = Reader(port, self.decoder(), self.buffer, self.tap)
         try:
             self._start()
+        except (DriverTimeoutError, ProtocolError) as error:
+            other = None if self.losses.frames else self._other_device()
+            self.close()
+            if other is None:
+                raise
+            raise ProtocolError(
+                f"{self.port}: expected a device for {self.protocol}:, got {other}"
+            ) from error
         except BaseException:
             self.close()
             raise
+
+    def _other_device(self) -> str | None:
+        """Name the device of another protocol that is at the port; None: not there, or named."""
+        if is_known(bytes(self.reader.heard)):
+            return None
+        try:
+            name = ask_around(self.reader)
+        except DriverError:
+            return None
+        return None if name is None or f"({self.protocol}:)" in name else name
 
     def _disconnect(self) -> None:
         reader, self._reader = self._reader, None
