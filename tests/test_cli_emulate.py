@@ -4,13 +4,16 @@ import re
 import signal
 import socket
 
+import click
 import numpy as np
 import pytest
 from cli_runs import carmen_log, fails, start
+from numbered import NumberedFeed
 
 import laserfeatures as lf
 from laserfeatures.cli.emulated import Place, make_feed
 from laserfeatures.cli.emulated_device import make_device
+from laserfeatures.drivers import make_driver
 from laserfeatures.emulators.devices import DEVICES, device_class
 
 ROOM = """
@@ -153,3 +156,35 @@ def test_devices_have_names():
     with pytest.raises(ValueError, match="no device 'ld18'; did you mean 'ld19'"):
         device_class("ld18")
     assert [device_class(name).__name__ for name in DEVICES] == [k for _, k in DEVICES.values()]
+
+
+@pytest.mark.parametrize("name", ["urg", "lms", "rplidar"])
+def test_a_device_can_be_left_streaming(name):
+    device = make_device(
+        name, NumberedFeed(), model=None, state=None, faults=("left_streaming",), params=(), seed=0
+    )
+    device.power_on(0.0)
+    heard = b"".join(device.take(i / 100) for i in range(100))
+    assert len(heard) > 500
+
+
+@pytest.mark.parametrize(("name", "turns"), [("urg", 1 << 24), ("ld19", 30_000)])
+def test_a_clock_can_be_about_to_wrap(name, turns):
+    faults = ("clock_wrap", "left_streaming") if name == "urg" else ("clock_wrap",)
+    device = make_device(
+        name, NumberedFeed(), model=None, state=None, faults=faults, params=(), seed=0
+    )
+    driver = make_driver(f"{name}:none")
+    decoder = driver.decoder()
+    times = []
+    device.power_on(0.0)
+    for i in range(1200):
+        for message in decoder.received(device.take(i / 100), i / 100):
+            raw = getattr(message, "time", None)
+            times += [] if raw is None else [raw]
+    assert max(times) > turns - 200
+    assert min(times) < 2500
+    assert times[-1] < times[0]
+    with pytest.raises(click.UsageError, match="no fault 'clock_wrap'"):
+        make_device("lms", NumberedFeed(), model=None, state=None, faults=("clock_wrap",),
+                    params=(), seed=0)  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from laserfeatures.cli import emulated, values
-from laserfeatures.cli.emulated_device import make_device
+from laserfeatures.cli.emulated_device import MET, make_device
 from laserfeatures.drivers.reader import now
 from laserfeatures.emulators import FAULTS, Emulator
 from laserfeatures.emulators.devices import DEVICES
@@ -35,8 +35,8 @@ LOOK = 0.1  # [s]; how soon a new port, an error or the end is noticed
     "faults",
     multiple=True,
     metavar="NAME[=RATE]",
-    help=f"What hits a frame, 1 of 100 unless told: {', '.join(FAULTS)}; or a fault of the "
-    "device's own. May be repeated.",
+    help=f"What hits a frame, 1 of 100 unless told: {', '.join(FAULTS)}; or what the host meets: "
+    f"{', '.join(MET)}; or a fault of the device's own (docs/drivers.md). May be repeated.",
 )
 @click.option("--model", metavar="NAME", help="Which model of the device.")
 @click.option("--state", metavar="NAME", help="In which state it is when the host comes.")

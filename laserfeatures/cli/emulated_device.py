@@ -12,6 +12,17 @@ from laserfeatures.emulators.devices import device_class
 from laserfeatures.registry import near_names
 
 USUAL_RATE = 0.01
+MET: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
+    "left_streaming": {
+        "urg": {"state": "streaming"},
+        "lms": {"start": "streaming"},
+        "rplidar": {"start": "streaming"},
+    },
+    "clock_wrap": {"urg": {"clock_ms": (1 << 24) - 10_000}, "ld19": {"clock_ms": 20_000}},
+}
+"""Faults that are a state in which a host meets a device: left streaming by another host, a clock
+that wraps ten seconds later."""
+
 STATES = ("state", "start")  # what devices call the state in which they are found
 
 
@@ -92,14 +103,16 @@ def _own_faults(
     options: dict[str, Any] = {}
     troubles: dict[str, float] = {}
     for name, rate in faults.items():
-        if name in known:
+        if device in MET.get(name, {}):
+            options |= MET[name][device]
+        elif name in known:
             options[name] = _as(known[name], rate)
         elif "troubles" in known:
             troubles[name] = USUAL_RATE if rate is None else rate
             if rate is not None and "trouble_rate" in known:
                 options["trouble_rate"] = rate
         else:
-            offers = near_names(name, FAULTS)
+            offers = near_names(name, [*FAULTS, *MET])
             raise click.UsageError(f"--fault: {device} has no fault {name!r}; {offers}")
     return options | ({"troubles": troubles} if troubles else {})
 

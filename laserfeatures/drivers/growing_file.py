@@ -3,7 +3,6 @@
 import errno
 import os
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 
@@ -62,12 +61,7 @@ class GrowingFile:
         """Return itself; it is open already."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close it; a new one into which nothing was written goes."""
         self.sync()
         os.close(self._descriptor)

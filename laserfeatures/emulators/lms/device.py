@@ -4,7 +4,7 @@ import heapq
 import math
 from collections.abc import Callable
 from random import Random
-from typing import Literal
+from typing import ClassVar, Literal
 
 from laserfeatures.drivers.lms import requests
 from laserfeatures.drivers.lms.telegrams import (
@@ -85,7 +85,7 @@ class LmsDevice(Device):
     SICK, Telegram Listing LMS2xx, 8007954/Q501, 2006; timing of a real LMS200-S18063.
     """
 
-    name = "lms"
+    name: ClassVar[str] = "LMS2xx"
 
     def __init__(
         self,

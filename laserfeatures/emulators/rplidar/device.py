@@ -83,7 +83,7 @@ class RPLidarDevice(Device):
         If there is no such model, start state or trouble.
     """
 
-    name: ClassVar[str] = "rplidar"
+    name: ClassVar[str] = "RPLIDAR"
 
     def __init__(
         self,
