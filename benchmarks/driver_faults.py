@@ -175,11 +175,11 @@ def judge(case, frames, delivered, outcome):
         if turn in near or turn not in hit:
             continue
         allowed = cost * hit[turn]
-        if case.points:  # a frame may begin in the turn before
-            allowed += cost * any(hit.get(turn + i, 0) for i in (-1, 1)) + 1
+        if case.points:  # a frame may reach into the next turn
+            allowed += cost * sum(hit.get(turn + i, 0) > 0 for i in (-1, 1)) + 1
         lost = full - delivered[turn] - allowed
         outcome.undamaged += len(hits[turn]) - hit[turn]
-        outcome.undamaged_lost += max(-(-lost // points), 0)
+        outcome.undamaged_lost += max(lost // points, 0)
 
 
 def main():

@@ -43,8 +43,8 @@ def main():
         text = output_of(name, QUICK if options.quick else FULL)
         print(f"## {name}\n\n{text}\n", flush=True)
         if not options.quick:
-            marked = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.DOTALL)
-            page, found = marked.subn(lambda m, t=text: m[1] + t + m[2], PAGE.read_text())
+            marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+            page, found = marked.subn(lambda m, t=text: f"{m[1]}{t}\n{m[2]}", PAGE.read_text())
             assert found == 1, f"{PAGE} must have one mark {name}"
             PAGE.write_text(page)
 
