@@ -24,7 +24,7 @@ with atheris.instrument_imports(include=["laserfeatures.drivers"]):
     from laserfeatures.drivers.urg import commands, ranges, scip, sensor
     from laserfeatures.drivers.urg import decoder as urg
 
-from driver_fuzz import QUERIES, session
+from driver_fuzz import QUERIES, session, sweeps
 
 from laserfeatures import ProtocolError
 
@@ -73,6 +73,8 @@ class Target:
     def __init__(self, protocol, wanted):
         self.protocol, self.wanted, self.done = protocol, wanted, 0
         self.decoder = make_driver(f"{protocol}:none").decoder()
+        heard, _ = session(protocol, QUERIES.get(protocol, [""])[0])
+        sweeps(self.decoder, heard)  # it knows the device, and waits for scans
 
     def __call__(self, data):
         """Decode an input."""
