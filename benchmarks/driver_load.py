@@ -23,7 +23,7 @@ from page import table
 
 import laserfeatures as lf
 from laserfeatures.drivers import Losses, make_driver
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.emulators import Emulator, WorldFeed
 from laserfeatures.emulators.devices import device_class
 from laserfeatures.simulation import random_room

@@ -3,10 +3,10 @@
 import numpy as np
 
 from laserfeatures.drivers import make_driver
-from laserfeatures.drivers.growing_file import GrowingFile
 from laserfeatures.drivers.recorder import Recorder
 from laserfeatures.emulators import Emulator, Faults, WorldFeed
 from laserfeatures.emulators.ld19 import Ld19Device
+from laserfeatures.growing_file import GrowingFile
 from laserfeatures.simulation import hallway
 
 

@@ -14,7 +14,7 @@ FILES = sorted([*CORE.rglob("*.py"), *PLUGINS.rglob("*.py")])
 
 # Each may import what stands before it; those of one row do not know each other.
 LAYERS = [
-    ("errors", "arrays"),
+    ("errors", "arrays", "growing_file"),
     ("scan", "optional"),
     ("data",),
     ("geometry",),

@@ -10,7 +10,7 @@ import pytest
 from played import address, ld19
 
 import laserfeatures as lf
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.sources import Source
 
 

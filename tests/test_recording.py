@@ -14,11 +14,11 @@ from played import address, ld19, record, same
 
 import laserfeatures as lf
 from laserfeatures.drivers import make_driver, recorder
-from laserfeatures.drivers.growing_file import GrowingFile
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.recorder import Recorder
 from laserfeatures.emulators import Emulator, Faults, WorldFeed
 from laserfeatures.emulators.devices import DEVICES, device_class
+from laserfeatures.growing_file import GrowingFile
 from laserfeatures.simulation import hallway
 
 DAMAGE = {"bit_flip": 0.01, "lost_byte": 0.01, "garbage": 0.01, "cut": 0.01}

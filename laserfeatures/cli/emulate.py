@@ -9,7 +9,7 @@ import click
 
 from laserfeatures.cli import emulated, values
 from laserfeatures.cli.emulated_device import MET, make_device
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.emulators import FAULTS, Emulator
 from laserfeatures.emulators.devices import DEVICES
 
@@ -92,11 +92,9 @@ def emulate(
         device, feed, model=model, state=state, faults=faults, params=params, seed=seed
     )
     link = Path(pty_link) if pty_link else None
-    try:
-        with Emulator(made, link=link, tcp=tcp, speed=speed) as emulator:
-            _play(emulator, device, seconds)
-    except KeyboardInterrupt:
-        pass
+    emulator = Emulator(made, link=link, tcp=tcp, speed=speed)
+    with suppress(KeyboardInterrupt), emulator:  # Ctrl-C is how it ends
+        _play(emulator, device, seconds)
     _summary(Counter(fault or "whole" for _, fault in made.frames))
 
 

@@ -14,8 +14,8 @@ from laserfeatures.cli import values
 from laserfeatures.cli.live_display import Block, Lines, Tally
 from laserfeatures.cli.ports import with_query
 from laserfeatures.cli.scans import opened
-from laserfeatures.drivers.growing_file import GrowingFile
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
+from laserfeatures.growing_file import GrowingFile
 from laserfeatures.records import to_record
 from laserfeatures.simulation import Scanner, hallway
 from laserfeatures.sources.live import LiveSource

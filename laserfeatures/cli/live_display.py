@@ -9,8 +9,8 @@ import click
 import numpy as np
 
 from laserfeatures.data import Features
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.losses import Losses
-from laserfeatures.drivers.reader import now
 
 RECENT = 5.0  # [s]; the rate is of these
 REMEMBERED = 100_000  # latencies

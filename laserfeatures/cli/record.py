@@ -5,9 +5,9 @@ import click
 from laserfeatures.cli import values
 from laserfeatures.cli.ports import ended_by_ctrl_c, warnings_told, with_query
 from laserfeatures.cli.scans import progress
-from laserfeatures.drivers.growing_file import GrowingFile
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.recorder import Recorder
+from laserfeatures.growing_file import GrowingFile
 from laserfeatures.sources.port import PortSource, driver_of
 
 

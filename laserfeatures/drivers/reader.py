@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from laserfeatures.drivers.decoder import Decoder, Event, Sweep
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.port import Port
 
 Tap = Callable[[str, bytes, float], None]
@@ -15,13 +16,6 @@ Reply = TypeVar("Reply")
 POLL = 0.1  # [s]; how long a closing driver waits for its thread at most
 HEARD = 4096  # bytes kept, to say what answered
 REPLIES = 256
-
-_EPOCH = time.time() - time.monotonic()
-
-
-def now() -> float:
-    """Return the time [s since the epoch], on a clock that is never set."""
-    return _EPOCH + time.monotonic()
 
 
 class Reader:

@@ -24,9 +24,9 @@ from typing import Any, Self
 from laserfeatures.arrays import FloatArray
 from laserfeatures.drivers.address import settings_of
 from laserfeatures.drivers.driver import Driver
-from laserfeatures.drivers.growing_file import GrowingFile
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.errors import DriverError
+from laserfeatures.growing_file import GrowingFile
 from laserfeatures.scan import LaserScan
 
 VERSION = 1

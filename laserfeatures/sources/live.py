@@ -8,8 +8,8 @@ from pathlib import Path
 from urllib.parse import parse_qsl, urlencode
 
 from laserfeatures.data import LaserScan
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.losses import Losses
-from laserfeatures.drivers.reader import now
 from laserfeatures.sources.source import Source
 
 
@@ -74,7 +74,7 @@ class LiveSource(Source):
     @property
     @abstractmethod
     def arrival(self) -> float:
-        """When the first byte of the last scan came, on the clock of `drivers.reader.now` [s]."""
+        """When the first byte of the last scan came, on `drivers.host_clock` [s]."""
 
     @abstractmethod
     def _wait(self) -> LaserScan:

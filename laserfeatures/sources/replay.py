@@ -6,7 +6,7 @@ from pathlib import Path
 
 from laserfeatures.data import LaserScan
 from laserfeatures.drivers import Losses
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.errors import SourceError
 from laserfeatures.sources.live import Limits, LiveSource, limits_of, split_query
 from laserfeatures.sources.log import Log, OnError

@@ -5,9 +5,9 @@ import time
 from dataclasses import dataclass, field
 
 from laserfeatures.drivers.driver import Driver
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.lms import requests
 from laserfeatures.drivers.lms.telegrams import Answer, Message, Telegram
-from laserfeatures.drivers.reader import now
 from laserfeatures.errors import DriverError
 
 log = logging.getLogger("laserfeatures.drivers")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal, TypeVar
 
 from laserfeatures.drivers.driver import Driver
-from laserfeatures.drivers.reader import now
+from laserfeatures.drivers.host_clock import now
 from laserfeatures.drivers.rplidar.decoder import RPLidarDecoder, Started
 from laserfeatures.drivers.rplidar.motor import (
     FIRST_BY_PWM,
