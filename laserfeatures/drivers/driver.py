@@ -45,7 +45,7 @@ class Driver(ABC):
     buffer : int
         How many scans are kept for a user who is busy; then the oldest is dropped and counted.
     tap : callable or None
-        Called with "open", "rx" or "tx", the bytes and their time [s since the epoch]: for recording.
+        Called with "open", "rx" or "tx", the bytes and their time [s since the epoch], to record.
 
     Attributes
     ----------
