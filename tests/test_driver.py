@@ -215,3 +215,27 @@ def test_another_device_at_the_port_is_named(driver, device, name):
         pytest.raises(ProtocolError, match=name),
     ):
         make_driver(f"{driver}:{played.port}").open()
+
+
+def sends_on(played):
+    """Return whether a device still sends scans, or has its laser on."""
+    before = len(played.device.frames)
+    time.sleep(0.3)
+    laser = getattr(getattr(played.device, "state", None), "laser", False)
+    return len(played.device.frames) > before or laser
+
+
+@pytest.mark.parametrize("name", ["urg", "lms", "rplidar"])
+def test_the_sweep_stops_after_an_exception_and_after_ctrl_c(name):
+    with Emulator(device_class(name)(NumberedFeed())) as played:
+        with suppress(KeyError), make_driver(f"{name}:{played.port}") as driver:
+            take(driver, 2)
+            assert sends_on(played)
+            raise KeyError
+        assert not sends_on(played)
+        command = [sys.executable, "-c", CTRL_C, f"{name}:{played.port}"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)  # noqa: S603 - ours
+        assert process.stdout.readline() == "scan\n"
+        process.send_signal(signal.SIGINT)
+        assert "interrupted, open: False" in process.communicate(timeout=20)[0]
+        assert not sends_on(played)
