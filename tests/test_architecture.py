@@ -16,14 +16,14 @@ FILES = sorted([*CORE.rglob("*.py"), *PLUGINS.rglob("*.py")])
 LAYERS = [
     ("errors", "arrays", "growing_file"),
     ("scan", "optional"),
-    ("data",),
+    ("data", "poses"),
     ("geometry",),
     ("segment_filter", "intersections", "registry", "point_clouds"),
     ("simulation",),
     ("slam", "evaluation", "drivers"),
     ("sources",),
     ("pipeline", "emulators", "figures", "records"),
-    ("comparison",),
+    ("comparison", "mapping"),
     ("testbench",),
     ("__init__",),
     ("cli",),
@@ -32,6 +32,7 @@ LAYERS = [
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 FOR_PLUGINS = {"arrays", "data", "scan", "geometry", "errors"}
 HEAVY = {"numba", "cv2", "matplotlib", "rosbags", "scipy", "open3d", "serial", "click", "mujoco"}
+HEAVY |= {"evo", "pandas"}
 
 
 def at_run_time(tree):

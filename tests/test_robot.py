@@ -7,9 +7,9 @@ import pytest
 from robots import PERFECT, room
 
 from laserfeatures.data import Pose2D
+from laserfeatures.poses import compose
 from laserfeatures.simulation import Drive, Plan, Scanner, World
 from laserfeatures.simulation.robot import DriveError, Robot, drive
-from laserfeatures.simulation.robot.poses import compose
 
 HALL = World.outline([(0, 0), (30, 0), (30, 20), (0, 20)])
 LOOP = [(2, 2), (28, 2), (28, 10), (2, 10), (2, 2)]

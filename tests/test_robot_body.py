@@ -7,6 +7,7 @@ from robots import PERFECT, room
 
 import laserfeatures as lf
 from laserfeatures.data import Pose2D
+from laserfeatures.poses import compose, relative
 from laserfeatures.simulation import World
 from laserfeatures.simulation.robot import DriveError, Robot, drive
 from laserfeatures.simulation.robot.body import Body
@@ -14,7 +15,6 @@ from laserfeatures.simulation.robot.driving import Guard
 from laserfeatures.simulation.robot.follower import Follower
 from laserfeatures.simulation.robot.model import TIME_STEP, Wheels, make_model
 from laserfeatures.simulation.robot.odometry import Odometry, encoder_ticks
-from laserfeatures.simulation.robot.poses import compose, relative
 
 SECOND = round(1 / TIME_STEP)
 START = Pose2D(1.0, 2.0, 0.5)

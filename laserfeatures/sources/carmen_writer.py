@@ -14,8 +14,8 @@ from typing import IO
 import numpy as np
 
 from laserfeatures.data import LaserScan, Pose2D
+from laserfeatures.poses import relative
 from laserfeatures.simulation.robot import Reading
-from laserfeatures.simulation.robot.poses import relative
 from laserfeatures.sources.carmen import flaser_angles
 from laserfeatures.sources.no_return import CENTIMETRE_BAND
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from laserfeatures.data import Pose2D
 from laserfeatures.errors import DriveError
+from laserfeatures.poses import compose
 from laserfeatures.simulation.plan import Drive, Plan
 from laserfeatures.simulation.robot.body import Body
 from laserfeatures.simulation.robot.follower import Follower
 from laserfeatures.simulation.robot.model import TIME_STEP
 from laserfeatures.simulation.robot.odometry import Odometry, encoder_ticks
 from laserfeatures.simulation.robot.platform import Robot
-from laserfeatures.simulation.robot.poses import compose
 from laserfeatures.simulation.robot.reading import Reading
 from laserfeatures.simulation.world import World
 

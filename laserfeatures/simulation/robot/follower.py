@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Pose2D
-from laserfeatures.simulation.robot.poses import wrap
+from laserfeatures.poses import wrap
 
 LOOK_AHEAD = 0.3  # [m]
 REACHED = 0.05  # [m], left to a way-point where the next takes over

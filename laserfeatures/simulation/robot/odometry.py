@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 from laserfeatures.data import Pose2D
+from laserfeatures.poses import compose
 from laserfeatures.simulation.robot.platform import Robot
-from laserfeatures.simulation.robot.poses import compose
 
 Ticks = tuple[int, int]
 

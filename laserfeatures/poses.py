@@ -2,7 +2,7 @@
 
 import math
 
-from laserfeatures.data import Pose2D
+from laserfeatures.scan import Pose2D
 
 
 def compose(outer: Pose2D, inner: Pose2D) -> Pose2D:

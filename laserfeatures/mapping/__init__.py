@@ -1,0 +1,1 @@
+"""SLAM on logs and in simulation: trajectories, maps, their errors and pictures."""

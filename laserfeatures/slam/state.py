@@ -1,0 +1,218 @@
+"""The state of the filter: a pose and landmarks, with their joint covariance."""
+
+import math
+
+import numpy as np
+
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.scan import Pose2D
+
+POSE = 3  # numbers of a pose
+EACH = 2  # numbers of a landmark
+ROOM = 64  # numbers that there is room for at first
+
+
+class State:
+    """Mean and covariance of the sensor's pose and of the landmarks, in the frame of the map.
+
+    Parameters
+    ----------
+    pose : Pose2D
+        Where the sensor is; certain, as it makes the frame of the map.
+
+    Attributes
+    ----------
+    landmarks : int
+        How many landmarks there are.
+    """
+
+    def __init__(self, pose: Pose2D) -> None:
+        self.landmarks = 0
+        self._mean = np.zeros(ROOM)
+        self._covariance = np.zeros((ROOM, ROOM))
+        self._mean[:POSE] = pose.x, pose.y, pose.theta
+
+    @property
+    def size(self) -> int:
+        """How many numbers the state has."""
+        return POSE + EACH * self.landmarks
+
+    @property
+    def mean(self) -> FloatArray:
+        """The mean (n,): x, y, theta, then two numbers a landmark; a view."""
+        return self._mean[: self.size]
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The covariance (n, n); a view."""
+        return self._covariance[: self.size, : self.size]
+
+    @property
+    def pose(self) -> Pose2D:
+        """The pose."""
+        x, y, theta = self._mean[:POSE].tolist()
+        return Pose2D(x, y, theta)
+
+    @property
+    def positions(self) -> FloatArray:
+        """The two numbers of each landmark (L, 2); a view."""
+        return self.mean[POSE:].reshape(-1, EACH)
+
+    def blocks(self) -> FloatArray:
+        """Return each landmark's own covariance, (L, 2, 2)."""
+        first = POSE + EACH * np.arange(self.landmarks)
+        index = first[:, None] + np.arange(EACH)
+        return self._covariance[index[:, :, None], index[:, None, :]]
+
+    def move(self, step: Pose2D, covariance: FloatArray) -> None:
+        """Move the pose by a step in its own frame; covariance (3, 3) of the step.
+
+        Costs time in proportion to the number of landmarks.
+        """
+        n = self.size
+        theta = self._mean[2]
+        c, s = math.cos(theta), math.sin(theta)
+        way = np.array([c * step.x - s * step.y, s * step.x + c * step.y])
+        by_pose = np.array([[1, 0, -way[1]], [0, 1, way[0]], [0, 0, 1]])
+        by_step = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        self._mean[:2] += way
+        self._mean[2] = math.remainder(theta + step.theta, math.tau)
+        p = self._covariance
+        own = by_pose @ p[:POSE, :POSE] @ by_pose.T + by_step @ covariance @ by_step.T
+        p[:POSE, :POSE] = (own + own.T) / 2
+        p[:POSE, POSE:n] = by_pose @ p[:POSE, POSE:n]
+        p[POSE:n, :POSE] = p[:POSE, POSE:n].T
+
+    def corrected_mean(
+        self, places: IntArray, jacobian: FloatArray, innovation: FloatArray, noise: FloatArray
+    ) -> FloatArray:
+        """Return the mean (n,) that `correct` would come to."""
+        across = self.covariance[:, places] @ jacobian.T
+        expected = jacobian @ across[places] + noise
+        mean: FloatArray = self.mean + across @ np.linalg.solve(expected, innovation)
+        return mean
+
+    def correct(
+        self, places: IntArray, jacobian: FloatArray, innovation: FloatArray, noise: FloatArray
+    ) -> None:
+        """Take in a measurement of some of the numbers, in Joseph's form.
+
+        Costs time in proportion to the square of the number of landmarks.
+
+        Parameters
+        ----------
+        places : (k,) int array
+            Which numbers of the state are measured.
+        jacobian : (m, k) array
+            Of the measurement by them.
+        innovation : (m,) array
+            What was measured, less what was expected.
+        noise : (m, m) array
+            Covariance of the measurement.
+        """
+        p = self.covariance
+        across = p[:, places] @ jacobian.T
+        expected = jacobian @ across[places] + noise
+        gain = np.linalg.solve(expected, across.T).T
+        self.mean[:] += gain @ innovation
+        self._mean[2] = math.remainder(self._mean[2], math.tau)
+        left = p - gain @ (jacobian @ p[places])
+        left -= (left[:, places] @ jacobian.T) @ gain.T
+        left += gain @ noise @ gain.T
+        p[:] = (left + left.T) / 2
+
+    def add(self, value: FloatArray, by_pose: FloatArray, noise: FloatArray) -> None:
+        """Add a landmark.
+
+        Parameters
+        ----------
+        value : (2,) array
+            Its numbers.
+        by_pose : (2, 3) array
+            How they depend on the pose.
+        noise : (2, 2) array
+            Their covariance, were the pose certain.
+        """
+        n = self.size
+        if n + EACH > self._mean.size:
+            self._grow()
+        p = self._covariance
+        across = by_pose @ p[:POSE, :n]
+        p[n : n + EACH, :n] = across
+        p[:n, n : n + EACH] = across.T
+        own = by_pose @ p[:POSE, :POSE] @ by_pose.T + noise
+        p[n : n + EACH, n : n + EACH] = (own + own.T) / 2
+        self._mean[n : n + EACH] = value
+        self.landmarks += 1
+
+    def keep(self, which: BoolArray) -> None:
+        """Keep those landmarks (L,) bool, and forget the others."""
+        places = np.flatnonzero(np.concatenate([np.ones(POSE, bool), np.repeat(which, EACH)]))
+        mean, covariance = self.mean[places], self.covariance[np.ix_(places, places)]
+        self.landmarks = int(which.sum())
+        self.mean[:] = mean
+        self.covariance[:] = covariance
+
+    def _grow(self) -> None:
+        mean, covariance = self.mean.copy(), self.covariance.copy()
+        room = 2 * self._mean.size
+        self._mean, self._covariance = np.zeros(room), np.zeros((room, room))
+        self.mean[:] = mean
+        self.covariance[:] = covariance
+
+
+class View:
+    """The state, were the heading known better than it is.
+
+    Parameters
+    ----------
+    state : State
+        The state.
+    offset : float
+        How far the heading is off its mean [rad].
+    sigma : float
+        Its deviation then [rad]; inf: as it is.
+    """
+
+    def __init__(self, state: State, offset: float, sigma: float) -> None:
+        self.state = state
+        variance = state.covariance[2, 2]
+        self._gain = state.covariance[2] / variance if variance > 0 else np.zeros(state.size)
+        self._less = max(variance - sigma**2, 0.0)
+        self.mean = state.mean + self._gain * offset
+
+    @property
+    def pose(self) -> Pose2D:
+        """The pose."""
+        x, y, theta = self.mean[:POSE].tolist()
+        return Pose2D(x, y, theta)
+
+    @property
+    def positions(self) -> FloatArray:
+        """The two numbers of each landmark (L, 2)."""
+        return self.mean[POSE:].reshape(-1, EACH)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """That of the pose (3, 3)."""
+        own = self._gain[:POSE]
+        return self.state.covariance[:POSE, :POSE] - self._less * np.outer(own, own)
+
+    def moved(self, mean: FloatArray) -> "View":
+        """Return it with another mean (n,)."""
+        other = View(self.state, 0.0, math.inf)
+        other.mean = mean
+        return other
+
+    def joint(self, jacobians: FloatArray, places: IntArray) -> FloatArray:
+        """Return the covariance (2C, 2C) of what C Jacobians (C, 2, k) of places (C, k) expect."""
+        count = len(places)
+        whole = np.zeros((count, 2, self.state.size))
+        whole[np.arange(count)[:, None], :, places] = jacobians.transpose(0, 2, 1)
+        flat = whole.reshape(2 * count, -1)
+        touched = np.unique(places)
+        flat = flat[:, touched]
+        covariance = self.state.covariance[np.ix_(touched, touched)]
+        lean = flat @ self._gain[touched]
+        joint: FloatArray = flat @ covariance @ flat.T - self._less * np.outer(lean, lean)
+        return joint
