@@ -64,10 +64,10 @@ RECORDINGS = [
     ),
     Recording(
         "urg/breezy_exp1.dat.gz",
-        *("breezyslam", 756, 682, 239.414, "none", 212.387282, 287.007421, 284922, 5.562),
+        *("breezyslam", 756, 682, 239.414, "odometry", 212.387282, 287.007421, 284922, 5.562),
     ),
     Recording(
-        "urg/brenner_robot4", *("brenner", 278, 660, 231.68, "none", 0.315, 55.707, 41, 2.483)
+        "urg/brenner_robot4", *("brenner", 278, 660, 231.68, "odometry", 0.315, 55.707, 41, 2.483)
     ),
     Recording("urg/frm_g5_Scan1.csv.gz", "urg_csv", 3, 682, 239.414),
     Recording("urg/frm_g5_Scan2.csv.gz", "urg_csv", 3, 682, 239.414),

@@ -17,7 +17,7 @@ LAYERS = [
     ("errors", "arrays", "growing_file"),
     ("scan", "optional"),
     ("data", "poses"),
-    ("geometry",),
+    ("geometry", "wheels"),
     ("segment_filter", "intersections", "registry", "point_clouds"),
     ("simulation",),
     ("slam", "evaluation", "drivers"),

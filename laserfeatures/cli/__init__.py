@@ -14,6 +14,7 @@ from laserfeatures.cli.live import live
 from laserfeatures.cli.plot import plot
 from laserfeatures.cli.record import record
 from laserfeatures.cli.simulate import simulate
+from laserfeatures.cli.slam import slam
 from laserfeatures.cli.testbench import testbench
 
 __all__ = ["main"]
@@ -33,6 +34,7 @@ def main() -> None:
       laserfeatures compare run.log.gz -o report.html    see which extractor suits it
       laserfeatures simulate office.toml -o run.log      let a robot record a log
       laserfeatures testbench all                        run the paper's tables again
+      laserfeatures slam run run.log.gz -o found/        a map, and the way through it
 
     \b
     With a rangefinder, at /dev/ttyACM0 for example:
@@ -51,7 +53,7 @@ def main() -> None:
 
 COMMANDS = (
     *(compare, demo, emulate, extract, extractors, info),
-    *(live, plot, record, simulate, testbench),
+    *(live, plot, record, simulate, slam, testbench),
 )
 
 for command in COMMANDS:

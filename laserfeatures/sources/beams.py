@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
-from laserfeatures.scan import FULL_TURN, LaserScan
+from laserfeatures.scan import FULL_TURN, LaserScan, Pose2D
 
 
 @lru_cache(maxsize=16)
@@ -44,6 +44,7 @@ def even_scan(
     range_min: float,
     range_max: float,
     stamp: float,
+    pose: Pose2D | None = None,
 ) -> LaserScan:
     """Make a scan of evenly spaced beams, as `LaserScan.uniform` does, with shared angles.
 
@@ -59,6 +60,7 @@ def even_scan(
         range_min=range_min,
         range_max=range_max,
         stamp=stamp,
+        pose=pose,
     )
 
 

@@ -1,13 +1,15 @@
 """Logs of Brenner's SLAM lecture (URG-04LX class sensor): `S ms n r1..rn`, in millimetres.
 
-Either the scan file or the folder that holds it. The reference beside it has positions without
-headings, so the scans have no pose.
+Either the scan file or the folder that holds it. Poses are by the wheel ticks of the motors file
+beside it (see `brenner_motors`); without one the scans have none. The reference beside it has
+positions without headings, and is no odometry.
 """
 
 from pathlib import Path
 
 from laserfeatures.data import LaserScan
 from laserfeatures.errors import SourceError
+from laserfeatures.sources.brenner_motors import POSE_GAP, motors_of, odometry_of
 from laserfeatures.sources.files import read_head
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.urg import urg_scan
@@ -44,6 +46,10 @@ def read_brenner(log: Log) -> Scans:
             found = ", ".join(file.name for file in files) or "none"
             raise SourceError(f"{path}: expected one file with S records, got {found}; name one")
         path = files[0]
+    motors = motors_of(path)
+    odometry = odometry_of(log, motors) if motors else None
+    if odometry:
+        log.poses = "odometry"
 
     def parse(line: bytes) -> LaserScan | None:
         tokens = line.split()
@@ -56,6 +62,9 @@ def read_brenner(log: Log) -> Scans:
                 f"{len(tokens)} fields that start with {start!r}"
             )
         first = OFFSET - (len(tokens) - 3) // 2 * STEP
-        return urg_scan(tokens[3:], log.range_max, int(tokens[1]) / 1e3, first, STEP)
+        stamp = int(tokens[1]) / 1e3
+        known = odometry is not None and stamp <= odometry.end + POSE_GAP
+        pose = odometry.at(stamp) if odometry and known else None
+        return urg_scan(tokens[3:], log.range_max, stamp, first, STEP, pose=pose)
 
     yield from log.records(parse, path)

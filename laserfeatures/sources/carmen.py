@@ -7,10 +7,11 @@
                 x y theta robot_x robot_y robot_theta (5 numbers) t host logger_t
 
 Metres and radians. The pose is the first of the two, the laser's. It is "corrected" in a log with
-records that only a SLAM program writes (NEFF, VERTEX2, EDGE2), else "odometry". FLASER says nothing
-of directions: 180 and 181 beams are 1 degree apart, 360 and 361 half a degree, from -90 degrees on;
-other counts are spread over 180 degrees, or over `field_of_view`. A stamp written with too few
-digits to tell seconds apart (1.01893e+09), or 0 throughout, is nan.
+records that only a SLAM program writes (NEFF, VERTEX2, EDGE2) or where it leaves the second one,
+the robot's, else "odometry"; `carmen_poses` tells how raw odometry is got from a corrected log.
+FLASER says nothing of directions: 180 and 181 beams are 1 degree apart, 360 and 361 half a degree,
+from -90 degrees on; other counts are spread over 180 degrees, or over `field_of_view`. A stamp
+written with too few digits to tell seconds apart (1.01893e+09), or 0 throughout, is nan.
 
 Other records are passed over; a line whose first word is nearly that of a scan is broken.
 """
@@ -22,6 +23,7 @@ import re
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Pose2D
 from laserfeatures.sources.beams import even_angles, numbers, spread_angles
+from laserfeatures.sources.carmen_poses import CarmenPoses
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.readings import Reading, finish
 
@@ -41,6 +43,7 @@ def is_carmen(head: bytes) -> bool:
 def read_carmen(log: Log) -> Scans:
     """Yield the scans of a CARMEN log."""
     log.poses = "odometry"
+    poses = CarmenPoses(log)
     seen: set[bytes] = set()
 
     def parse(line: bytes) -> Reading | None:
@@ -49,14 +52,16 @@ def read_carmen(log: Log) -> Scans:
             return _flaser(line.split(), log.field_of_view)
         if word == [b"ROBOTLASER1"]:
             return _robotlaser(line.split(), log.field_of_view)
-        if word and word[0] not in seen:
+        if word == [b"PARAM"]:
+            poses.param(line)
+        elif word and word[0] not in seen:
             check_word(word[0], SCANS)
             seen.add(word[0])
             if word[0] in SLAM:
-                log.poses = "corrected"
+                poses.corrected()
         return None
 
-    yield from finish(log, log.records(parse))
+    yield from finish(log, poses.chosen(log.records(parse)))
 
 
 def check_word(word: bytes, scans: tuple[bytes, ...]) -> None:
@@ -151,10 +156,11 @@ def flaser_angles(count: int, field_of_view: float | None) -> FloatArray:
 def _flaser(tokens: list[bytes], field_of_view: float | None) -> Reading:
     ranges, rest = ranges_of(tokens, "FLASER", 1, (6, 9))
     pose = pose_of(rest[:3], "FLASER")
-    pose_of(rest[3:6], "FLASER")
+    odometry = pose_of(rest[3:6], "FLASER")
     # The logger's time is checked only: a record that lost or won a field shows there.
     stamps = [stamp_of(token) for token in (rest[6], rest[8])] if len(rest) == 9 else [math.nan]
-    return Reading(flaser_angles(ranges.size, field_of_view), ranges, stamps[0], pose)
+    angles = flaser_angles(ranges.size, field_of_view)
+    return Reading(angles, ranges, stamps[0], pose, odometry=odometry)
 
 
 def _robotlaser(tokens: list[bytes], field_of_view: float | None) -> Reading:
@@ -165,14 +171,14 @@ def _robotlaser(tokens: list[bytes], field_of_view: float | None) -> Reading:
     start, fov, step, range_max = numbers(tokens[2:6], f"{name} with start, fov, res, maxrange")
     numbers(rest[1:-3], f"{name} with remissions and poses")
     rest = rest[1 + remissions :]
-    pose = pose_of(rest[:3], name)
+    pose, odometry = pose_of(rest[:3], name), pose_of(rest[3:6], name)
     stamps = [stamp_of(token) for token in (rest[11], rest[13])]
     if field_of_view is None:
         angles = _stated_angles(count, float(start), float(fov), float(step))
     else:
         angles = spread_angles(count, field_of_view)
     limit = float(range_max) if range_max > 0 else math.inf
-    return Reading(angles, ranges, stamps[0], pose, limit)
+    return Reading(angles, ranges, stamps[0], pose, limit, odometry)
 
 
 def _stated_angles(count: int, start: float, fov: float, step: float) -> FloatArray:

@@ -11,6 +11,7 @@ from laserfeatures.sources.files import DAMAGE, open_stream
 
 OnError = Literal["raise", "skip"]
 Poses = Literal["none", "odometry", "corrected"]
+Wanted = Literal["odometry", "corrected"]
 LONGEST_PROBLEM = 300  # characters: a damaged line may be of any length
 Scans = Generator[LaserScan, None, None]
 Parsed = TypeVar("Parsed")
@@ -36,6 +37,8 @@ class Log:
         Lowest and highest z [m] of the points of a cloud that make its scan.
     slice_origin : (float, float) or None
         Where in a cloud the scanner stands [m].
+    wanted : {"odometry", "corrected"} or None
+        Which poses the scans are to have, of a log that has both; None: its own choice.
     poses : {"none", "odometry", "corrected"}
         What the scans' poses are; a reader sets it before its first scan.
     skipped : int
@@ -51,11 +54,14 @@ class Log:
     field_of_view: float | None = None
     slice_band: tuple[float, float] | None = None
     slice_origin: tuple[float, float] | None = None
+    wanted: Wanted | None = None
     poses: Poses = field(default="none", init=False)
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)
 
-    def broken(self, where: object, problem: object, cause: BaseException) -> None:
+    def broken(
+        self, where: object, problem: object, cause: BaseException, path: Path | None = None
+    ) -> None:
         """Raise a broken record's error, or count it.
 
         Parameters
@@ -66,6 +72,8 @@ class Log:
             What was expected and what came.
         cause : Exception
             What found it.
+        path : Path, optional
+            The file, where that is not the log's own path.
 
         Raises
         ------
@@ -73,7 +81,7 @@ class Log:
             Unless `on_error` is "skip".
         """
         text = " ".join(str(problem).split())[:LONGEST_PROBLEM]
-        message = f"{self.path}:{where}: {text}"
+        message = f"{path or self.path}:{where}: {text}"
         if self.on_error == "raise":
             raise SourceError(
                 f"{message}; on_error='skip' (--on-error skip) reads on without it"
@@ -106,14 +114,15 @@ class Log:
                 try:
                     line = stream.readline()
                 except DAMAGE as error:
-                    self.broken(number, f"the file is cut or damaged from here on ({error})", error)
+                    text = f"the file is cut or damaged from here on ({error})"
+                    self.broken(number, text, error, path)
                     return
                 if not line:
                     return
                 try:
                     record = parse(line)
                 except ValueError as error:
-                    self.broken(number, error, error)
+                    self.broken(number, error, error, path)
                     continue
                 if record is not None:
                     yield record

@@ -81,6 +81,7 @@ def _look_ahead(log: Log, reader: Scans) -> Iterator[LaserScan]:
             if log.skipped
             else f"{log.path}: expected laser scans, got none; check the file and its format"
         )
+    _check_poses(log)
     if log.range_max is None:
         _check_unit(log, first)
     return chain(first, _rest(reader, error))
@@ -90,6 +91,15 @@ def _rest(reader: Scans, error: SourceError | None) -> Iterator[LaserScan]:
     if error:
         raise error
     yield from reader
+
+
+def _check_poses(log: Log) -> None:
+    """Raise a SourceError if the poses are not those that were asked for."""
+    if log.wanted in {None, log.poses}:
+        return
+    names = {"none": "no poses", "odometry": "raw odometry", "corrected": "corrected poses only"}
+    wanted = "raw odometry" if log.wanted == "odometry" else "poses that are more than odometry"
+    raise SourceError(f"{log.path}: expected a log with {wanted}, got one with {names[log.poses]}")
 
 
 def _check_unit(log: Log, scans: list[LaserScan]) -> None:

@@ -6,7 +6,7 @@
 - ``poses``: (M, 3) x, y, theta [m, m, rad], optional; nan is none
 - ``range_min``, ``range_max``: numbers [m], optional
 
-The archive does not say what its poses are; they count as odometry.
+The archive does not say what its poses are; they count as odometry, or as what is asked for.
 """
 
 import io
@@ -50,7 +50,7 @@ def read_npz(log: Log) -> Scans:
     }
     if log.range_max is not None:
         limits["range_max"] = log.range_max
-    log.poses = "odometry" if "poses" in checked else "none"
+    log.poses = (log.wanted or "odometry") if "poses" in checked else "none"
     stamps = checked.get("stamps", np.full(len(ranges), math.nan))
     poses = checked.get("poses", np.full((len(ranges), 3), math.nan))
     yield from _scans(log, angles, ranges, stamps, poses, limits)

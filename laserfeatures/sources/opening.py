@@ -9,7 +9,7 @@ from pathlib import Path
 from laserfeatures.drivers import DRIVERS, is_address
 from laserfeatures.errors import SourceError
 from laserfeatures.sources.formats import FORMATS, find_format
-from laserfeatures.sources.log import Log, OnError
+from laserfeatures.sources.log import Log, OnError, Wanted
 from laserfeatures.sources.log_source import LogSource
 from laserfeatures.sources.port import PortSource, driver_of
 from laserfeatures.sources.replay import SCHEME, ReplaySource
@@ -28,6 +28,7 @@ def open_source(
     field_of_view: float | None = None,
     slice_band: tuple[float, float] | None = None,
     slice_origin: tuple[float, float] | None = None,
+    poses: Wanted | None = None,
 ) -> Source:
     r"""Open a log, table or bag of laser scans, a point cloud, a plan for a robot, or a port.
 
@@ -56,6 +57,10 @@ def open_source(
         The heights ``low <= z < high`` [m] of a point cloud to scan; needed for one.
     slice_origin : (float, float), optional
         Where in a point cloud the scanner stands [m], looking along x; its own origin if left out.
+    poses : {"odometry", "corrected"}, optional
+        Which poses the scans must have: raw odometry, or those that a SLAM program has corrected
+        (a simulated robot's: the true ones). Of a log that has both (carmen, plan) it chooses, any
+        other is refused if its poses are of the other kind, or if it has none.
 
     Returns
     -------
@@ -65,7 +70,8 @@ def open_source(
     Raises
     ------
     SourceError
-        If the file is missing, empty, of no known format, or holds no scan; and, here or from the
+        If the file is missing, empty, of no known format, holds no scan, or no
+        `poses` of the kind asked for; and, here or from the
         iterator, if a record is broken.
     DriverError
         If a port cannot be opened or used; the message says why and what to do.
@@ -102,12 +108,18 @@ def open_source(
         "slice_band": slice_band,
         "slice_origin": slice_origin,
     }
+    if poses not in {None, "odometry", "corrected"}:
+        raise ValueError(f"poses must be 'odometry' or 'corrected', got {poses!r}")
     if _is_live(name):
+        if poses:
+            raise SourceError(f"{name}: expected a log with {poses} poses, got a port: it has none")
         _refuse(name, "a port", {"format": format, **options})
         if name.startswith(SCHEME):
             return ReplaySource(name, on_error=on_error, range_max=range_max)
         return PortSource(*driver_of(name), name=name, range_max=range_max)
-    log = Log(Path(name), on_error, topic, range_max, field_of_view, slice_band, slice_origin)
+    log = Log(
+        Path(name), on_error, topic, range_max, field_of_view, slice_band, slice_origin, poses
+    )
     found = find_format(log.path, format)
     alien = {option: options[option] for option in options.keys() - set(FORMATS[found].options)}
     _refuse(name, f"the format {found!r}", alien)

@@ -21,6 +21,7 @@ class Reading(NamedTuple):
     stamp: float
     pose: Pose2D
     range_max: float = math.inf
+    odometry: Pose2D | None = None  # of the robot, where the log has it beside the laser's pose
 
 
 def finish(log: Log, readings: Iterator[Reading]) -> Scans:

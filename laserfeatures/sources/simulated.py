@@ -1,7 +1,8 @@
 """Plans for a simulated robot (`.toml`): it drives while the scans are read (extra `sim`).
 
 The scans are those that the robot of `simulation.robot` makes on its way along the way-points of
-the plan's [drive] table; their poses are the scanner's by wheel odometry.
+the plan's [drive] table; their poses are the scanner's by wheel odometry, or its true ones where
+corrected poses are asked for.
 """
 
 import re
@@ -37,9 +38,11 @@ def read_simulated(log: Log) -> Scans:
     SourceError
         As `readings_of`.
     """
-    log.poses = "odometry"
+    log.poses = log.wanted or "odometry"
     for reading in readings_of(log.path):
         scan = reading.scan
+        if log.poses == "corrected":
+            scan = replace(scan, pose=reading.observation.pose)
         yield scan if log.range_max is None else replace(scan, range_max=log.range_max)
 
 

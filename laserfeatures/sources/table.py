@@ -14,7 +14,7 @@ where there is no `scan`; both are optional, and without them the file is one sc
 
 An empty cell, 0, nan or inf is no return; an empty stamp or pose is none. Empty lines
 and lines that start with `#` are left out. A table does not say what its poses are; they count as
-odometry.
+odometry, or as what is asked for.
 """
 
 import csv
@@ -182,5 +182,5 @@ def _layout(header: list[str], log: Log) -> Layout:
     angles = angles[::order]
     if not (angles.size and (np.diff(angles) > 0).all() and np.ptp(angles) <= FULL_TURN):
         raise ValueError(f"expected directions in rad, in order and within one turn, {got}")
-    log.poses = "odometry" if named == 4 else "none"
+    log.poses = (log.wanted or "odometry") if named == 4 else "none"
     return Wide(names[:named], read_only(angles, "angles", (None,)), order, range_max)

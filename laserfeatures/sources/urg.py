@@ -2,7 +2,7 @@
 
 import math
 
-from laserfeatures.data import LaserScan
+from laserfeatures.data import LaserScan, Pose2D
 from laserfeatures.sources.beams import even_scan, numbers
 
 RANGE_MIN, RANGE_MAX = 0.02, 5.6  # [m]; smaller values are error codes
@@ -17,6 +17,8 @@ def urg_scan(
     stamp: float,
     first: float = FIRST,
     step: float = STEP,
+    *,
+    pose: Pose2D | None = None,
 ) -> LaserScan:
     """Make a scan of ranges in millimetres, given as text.
 
@@ -27,6 +29,7 @@ def urg_scan(
     """
     ranges = numbers(millimetres, "ranges in mm") / 1000
     ranges.flags.writeable = False
+    limit = range_max or RANGE_MAX
     return even_scan(
-        ranges, first, step, range_min=RANGE_MIN, range_max=range_max or RANGE_MAX, stamp=stamp
+        ranges, first, step, range_min=RANGE_MIN, range_max=limit, stamp=stamp, pose=pose
     )

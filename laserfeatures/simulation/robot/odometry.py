@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from laserfeatures.data import Pose2D
 from laserfeatures.poses import compose
 from laserfeatures.simulation.robot.platform import Robot
+from laserfeatures.wheels import arc
 
 Ticks = tuple[int, int]
 
@@ -41,9 +42,5 @@ class Odometry:
         """
         a_tick = math.tau * self.robot.wheel_radius / self.robot.ticks_per_turn
         left, right = ((now - then) * a_tick for now, then in zip(ticks, self.ticks, strict=True))
-        turn = (right - left) / self.robot.track
-        way = (left + right) / 2
-        chord = way * math.sin(turn / 2) / (turn / 2) if turn else way
-        step = Pose2D(chord * math.cos(turn / 2), chord * math.sin(turn / 2), turn)
-        self.pose = compose(self.pose, step)
+        self.pose = compose(self.pose, arc(left, right, self.robot.track))
         self.ticks = ticks
