@@ -60,7 +60,7 @@ def main():
             assert math.isfinite(score.final_error), (kind, name)
     facts = {"minutes": minutes, "workers": options.workers, "machine": machine()}
     whole = facts | {
-        "motion": asdict(motion_of(Robot())),
+        "motion": asdict(motion_of(Robot()), 0.0),
         **{kind: document_of(outcomes) for kind, outcomes in found.items()},
     }
     options.output.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def drives(options, kind):
     trial = Trial(
         plan=options.plan,
         extractors={name: lf.get_extractor(name) for name in lf.list_extractors()},
-        slam=partial(make_slam, kind, "joint", motion_of(Robot())),
+        slam=partial(make_slam, kind, "joint", motion_of(Robot()), 0.0),
     )
     return in_parallel(trial, range(options.seeds), workers=options.workers)
 

@@ -68,17 +68,25 @@ _OPTIONS = (
         help="Deviations of the odometry: way and side along and across, and turn_by_way of the "
         "angle, after 1 m; turn of the angle, after 1 rad.",
     ),
+    click.option(
+        "--roughness",
+        type=values.Quantity("m"),
+        metavar="LENGTH",
+        help="How far walls and corners are off lines and points. Else 3cm; in simulation 0.",
+    ),
 )
 
 
 def slam_options(command: Command) -> Command:
-    """Give a command the options --landmarks, --association and --motion."""
+    """Give a command the options --landmarks, --association, --motion and --roughness."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
-def make_slam(landmarks: str, association: str, motion: "Motion | None") -> "EkfSlam":
+def make_slam(
+    landmarks: str, association: str, motion: "Motion | None", roughness: float | None
+) -> "EkfSlam":
     """Return a filter as those options say."""
     from laserfeatures.slam import EkfSlam, Motion  # noqa: PLC0415 - brings numba
 
@@ -88,4 +96,5 @@ def make_slam(landmarks: str, association: str, motion: "Motion | None") -> "Ekf
         corners=corners,
         walls=walls,
         association="joint" if association == "joint" else "nearest",
+        roughness=EkfSlam.roughness if roughness is None else roughness,
     )

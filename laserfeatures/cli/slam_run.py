@@ -42,6 +42,7 @@ def run(
     landmarks: str,
     association: str,
     motion: "Motion | None",
+    roughness: float | None,
     start: int,
     count: int | None,
     reference_file: str | None,
@@ -68,7 +69,7 @@ def run(
     slam_log.run(
         source,
         extractors.make(extractor, params),
-        make_slam(landmarks, association, motion),
+        make_slam(landmarks, association, motion, roughness),
         start=start,
         count=count,
         reference_file=reference_file,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FOLDER = "slam-simulation"
 
 
-@click.command(context_settings={"default_map": {"landmarks": "corners"}})  # as the paper has it
+@click.command()
 @click.argument("plan", type=click.Path(), required=False)
 @click.option(
     "-e",
@@ -75,6 +75,7 @@ def simulate(
     landmarks: str,
     association: str,
     motion: "Motion | None",
+    roughness: float | None,
     seed: int | None,
     seeds: int | None,
     workers: int,
@@ -112,6 +113,7 @@ def simulate(
         landmarks=landmarks,
         association=association,
         motion=motion or motion_of(Robot()),
+        roughness=roughness or 0.0,
         seed=seed,
         seeds=seeds,
         workers=workers,

@@ -43,6 +43,7 @@ def simulate_all(
     landmarks: str,
     association: str,
     motion: Motion,
+    roughness: float,
     seed: int | None,
     seeds: int | None,
     workers: int,
@@ -55,7 +56,7 @@ def simulate_all(
     trial = Trial(
         plan=plan,
         extractors=extractors,
-        slam=partial(make_slam, landmarks, association, motion),
+        slam=partial(make_slam, landmarks, association, motion, roughness),
         drawn=numbers[0] if folder else None,
         title=f"landmarks: {landmarks}, seed {numbers[0]}",
     )
@@ -72,6 +73,7 @@ def simulate_all(
                 "plan": Path(plan).name,
                 "landmarks": landmarks,
                 "association": association,
+                "roughness": roughness,
                 "motion": asdict(motion),
             }
             save(json_file, to_json(facts | document_of(outcomes)).encode())

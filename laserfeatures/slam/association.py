@@ -15,6 +15,7 @@ import numpy as np
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.geometry.compiled import helper, kernel
 
+DENSITY = 5.0  # of corners [1/m^2], of walls [1/(rad m)]; what serves best on logs
 MOST_NODES = 20_000  # of the search; where landmarks stand this close, the best so far is taken
 
 
@@ -67,7 +68,20 @@ def distances(pairs: Pairs) -> FloatArray:
     return squared
 
 
-def nearest_neighbours(pairs: Pairs, probability: float) -> IntArray:
+def worth(noise: FloatArray, density: float = DENSITY) -> FloatArray:
+    """Return the most that a pairing of each measurement can score, from its noise (N, 2, 2).
+
+    Where it is below zero, a measurement is too vague to be recognised.
+    """
+    score: FloatArray = -math.log(math.tau * density) - np.log(np.linalg.det(noise)) / 2
+    return score
+
+
+def nearest_neighbours(
+    pairs: Pairs,
+    probability: float,
+    density: float = DENSITY,  # noqa: ARG001 - called as `joint_compatibility` is
+) -> IntArray:
     """Return the pairs (K,) of nearest neighbours within their gates, each landmark once."""
     squared = distances(pairs)
     chosen: list[int] = []
@@ -84,11 +98,28 @@ def nearest_neighbours(pairs: Pairs, probability: float) -> IntArray:
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-def joint_compatibility(pairs: Pairs, probability: float) -> IntArray:
-    """Return the largest set of pairs (K,) that fit together, of these the one that fits best."""
+def joint_compatibility(pairs: Pairs, probability: float, density: float) -> IntArray:
+    """Return the pairs (K,) that fit together and are most likely, if they are likely at all.
+
+    Each set must pass the joint test. Of these the paper takes the largest; here it is the one of
+    the highest likelihood against that of its measurements being new, which are spread evenly with
+    `density`. A wide gate that anything would pass is worth little then: where the pose is
+    uncertain, only several landmarks together are recognised.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        What may belong together.
+    probability : float
+        That the true pairs pass the joint test.
+    density : float
+        How many landmarks there are to a unit of their numbers [1/m^2, or 1/(rad m)].
+    """
     starts = np.flatnonzero(np.diff(pairs.measurement, prepend=-1))
     first = np.append(starts, len(pairs.measurement)).astype(np.int64)
     gates = np.array([gate(2 * (i + 1), probability) for i in range(len(starts))])
+    most = np.maximum(worth(pairs.noise[starts], density), 0.0)
+    left = np.append(np.cumsum(most[::-1])[::-1], 0.0)
     found: IntArray = _search(
         np.ascontiguousarray(pairs.innovation),
         np.ascontiguousarray(pairs.covariance),
@@ -96,6 +127,8 @@ def joint_compatibility(pairs: Pairs, probability: float) -> IntArray:
         first,
         pairs.landmark,
         gates,
+        left,
+        -math.log(math.tau * density),
     )
     return found
 
@@ -108,6 +141,8 @@ def _search(
     first: IntArray,
     landmark: IntArray,
     gates: FloatArray,
+    left: FloatArray,  # the most that the measurements from each on can add to the score
+    each: float,  # what a pair adds but for its spread and its distance
 ) -> IntArray:
     """Search the tree of pairings, measurement by measurement, depth first."""
     depth_of_all = len(first) - 1
@@ -117,18 +152,17 @@ def _search(
     tried = first[:-1].copy()  # next pair to try at each depth; beyond the last: none
     counts = np.zeros(depth_of_all + 1, np.int64)
     totals = np.zeros(depth_of_all + 1)
+    scores = np.zeros(depth_of_all + 1)
     best = np.full(depth_of_all, -1)
-    best_count, best_total, nodes, depth = 0, np.inf, 0, 0
+    highest, nodes, depth = 0.0, 0, 0
     while depth >= 0:
         if depth == depth_of_all:
-            count, total = counts[depth], totals[depth]
-            if count > best_count or (count == best_count and total < best_total):
-                best_count, best_total = count, total
+            if scores[depth] > highest:
+                highest = scores[depth]
                 best[:] = chosen
             depth -= 1
             continue
-        most = counts[depth] + depth_of_all - depth
-        hopeless = most < best_count or (most == best_count and totals[depth] >= best_total)
+        hopeless = scores[depth] + left[depth] <= highest
         if tried[depth] > first[depth + 1] or hopeless or nodes > MOST_NODES:
             tried[depth] = first[depth]
             chosen[depth] = -1
@@ -136,29 +170,32 @@ def _search(
             continue
         pair = tried[depth]
         tried[depth] += 1
-        count, total = counts[depth], totals[depth]
+        count, total, score = counts[depth], totals[depth], scores[depth]
         if pair == first[depth + 1]:  # the measurement is of no landmark
             chosen[depth] = -1
         else:
             if _taken(landmark, chosen, depth, landmark[pair]):
                 continue
-            total += _extend(root, white, chosen, depth, count, pair, innovation, covariance, noise)
+            added = _extend(root, white, chosen, depth, count, pair, innovation, covariance, noise)
+            total += added
             if total > gates[count]:
                 continue
+            spread = root[2 * count, 2 * count] * root[2 * count + 1, 2 * count + 1]
+            score += each - added / 2 - math.log(spread)
             count += 1
             chosen[depth] = pair
         nodes += 1
         depth += 1
-        counts[depth], totals[depth] = count, total
+        counts[depth], totals[depth], scores[depth] = count, total, score
     return best[best >= 0]
 
 
 @helper
 def _taken(landmark: IntArray, chosen: IntArray, depth: int, wanted: int) -> bool:
+    taken = False
     for i in range(depth):
-        if chosen[i] >= 0 and landmark[chosen[i]] == wanted:
-            return True
-    return False
+        taken |= chosen[i] >= 0 and landmark[chosen[i]] == wanted
+    return taken
 
 
 @helper

@@ -7,49 +7,27 @@ Dissanayake et al., A Solution to the Simultaneous Localization and Map Building
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Features
-from laserfeatures.poses import compose, relative
+from laserfeatures.poses import relative
 from laserfeatures.scan import Pose2D
-from laserfeatures.slam.association import (
-    Pairs,
-    distances,
-    gate,
-    joint_compatibility,
-    nearest_neighbours,
-)
+from laserfeatures.slam.consistency import Watch
+from laserfeatures.slam.invariance import carried_over
 from laserfeatures.slam.landmarks import Landmarks
 from laserfeatures.slam.map import Landmark, map_of
+from laserfeatures.slam.matches import ASSOCIATIONS, Matches, matches_of, measurement_of
 from laserfeatures.slam.motion import Motion
 from laserfeatures.slam.observations import Observations, observations_of
-from laserfeatures.slam.state import EACH, POSE, State, View
+from laserfeatures.slam.registration import register
+from laserfeatures.slam.state import POSE, State
 
-Associate = Callable[[Pairs, float], IntArray]
-ASSOCIATIONS: dict[str, Associate] = {
-    "joint": joint_compatibility,
-    "nearest": nearest_neighbours,
-}
-
-
-HEADING_STEP = math.radians(3)  # between the headings that are tried
-COUNTS = 9.0  # what one more match is worth, against squared distances
-ITERATIONS = 3
-
-
-@dataclass(frozen=True, eq=False)
-class Match:
-    """Which measurements (K,) of one kind are of which landmarks (K,), and how well they fit."""
-
-    seen: Observations
-    measurement: IntArray
-    landmark: IntArray
-    squared: float
+# A step by odometry that is less certain than this is registered first.
+SURE_TURN, SURE_WAY = 0.01, 0.05  # [rad], [m]
 
 
 @dataclass(frozen=True)
@@ -93,10 +71,16 @@ class EkfSlam:
         Which features are landmarks.
     association : "joint" or "nearest"
         Joint compatibility, or each measurement's nearest neighbour.
+    roughness : float
+        How far real walls and corners are off lines and points [m].
+    registered : bool
+        Whether steps of which the odometry is not sure are made better by laying each scan over
+        the one before.
     probability : float
         That a measurement lies within the gate of its own landmark.
     sightings : int
-        How often in a row of scans something new must be seen before it becomes a landmark.
+        How often in a row of scans something new must be seen before it becomes a landmark; in the
+        first scan, whose pose is certain, once is enough.
     patience : int
         In how many scans a landmark that ought to be seen may be missed beyond those in which it
         was seen, before it is dropped.
@@ -109,14 +93,18 @@ class EkfSlam:
 
     motion: Motion = field(default_factory=Motion)
     corners: bool = True
-    walls: bool = False
+    walls: bool = True
     association: Literal["joint", "nearest"] = "joint"
+    roughness: float = 0.03
+    registered: bool = True
     probability: float = 0.99
     sightings: int = 3
     patience: int = 10
     state: State | None = field(default=None, init=False, repr=False)
     landmarks: Landmarks = field(default_factory=Landmarks, init=False, repr=False)
     _odometry: Pose2D | None = field(default=None, init=False, repr=False)
+    _points: FloatArray = field(default_factory=lambda: np.empty((0, 2)), init=False, repr=False)
+    _watch: Watch = field(default_factory=Watch, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -125,11 +113,18 @@ class EkfSlam:
         if self.association not in ASSOCIATIONS:
             names = " or ".join(ASSOCIATIONS)
             raise ValueError(f"association must be {names}, got {self.association!r}")
+        if not 0 <= self.roughness < math.inf:
+            raise ValueError(f"roughness must be >= 0 m and finite, got {self.roughness}")
         if not 0 < self.probability < 1:
             raise ValueError(f"probability must be in (0, 1), got {self.probability}")
         for name in ("sightings", "patience"):
             if not getattr(self, name) >= 1:
                 raise ValueError(f"{name} must be >= 1, got {getattr(self, name)}")
+
+    @property
+    def map(self) -> tuple[Landmark, ...]:
+        """The landmarks so far."""
+        return map_of(self.state, self.landmarks) if self.state else ()
 
     def step(self, odometry: Pose2D, features: Features, start: Pose2D | None = None) -> Step:
         """Take in a scan.
@@ -144,144 +139,68 @@ class EkfSlam:
             With the first scan: where the sensor is in the frame of the map, its origin if left
             out.
         """
-        if self.state is None or self._odometry is None:
-            self.state = State(start or Pose2D(0.0, 0.0, 0.0))
-        else:
-            moved = relative(self._odometry, odometry)
-            self.state.move(moved, self.motion.covariance(moved))
-        self._odometry = odometry
-        seen = observations_of(features, corners=self.corners, walls=self.walls)
-        matches = self._match(self.state, seen)
-        matched = sum(len(match.measurement) for match in matches)
-        nis = self._correct(self.state, matches) if matched else 0.0
-        for match in matches:
-            self.landmarks.saw(self.state.pose, match.seen, match.measurement, match.landmark)
-        for match in matches:
-            new = np.setdiff1d(np.arange(len(match.seen)), match.measurement)
-            self.landmarks.propose(self.state, match.seen, new, self.sightings)
-        self._tend(self.state, features)
-        covariance = self.state.covariance[:POSE, :POSE].copy()
-        return Step(self.state.pose, covariance, matched, nis, self.state.landmarks)
-
-    @property
-    def map(self) -> tuple[Landmark, ...]:
-        """The landmarks so far."""
-        return map_of(self.state, self.landmarks) if self.state else ()
-
-    def _match(self, state: State, seen: list[Observations]) -> list[Match]:
-        """Return which measurements are of which landmarks, under the heading that fits best."""
-        sigma = math.sqrt(state.covariance[2, 2])
-        reach = math.floor(3 * sigma / HEADING_STEP)
-        offsets = HEADING_STEP * np.arange(-reach, reach + 1) if reach else np.zeros(1)
-        best: tuple[float, list[Match]] | None = None
-        for offset in offsets:
-            view = View(state, float(offset), min(HEADING_STEP, sigma))
-            matches = [self._associate(view, each) for each in seen]
-            count = sum(len(match.measurement) for match in matches)
-            cost = sum(match.squared for match in matches) + (offset / max(sigma, 1e-9)) ** 2
-            score = COUNTS * count - cost
-            if best is None or score > best[0]:
-                best = score, matches
-        return best[1] if best else []
-
-    def _associate(self, view: View, seen: Observations) -> Match:
-        near = self.landmarks.near(view, seen)
-        measurement, landmark = np.nonzero(near)
-        match = Match(seen, measurement, landmark, 0.0)
-        if not len(measurement):
-            return match
-        innovation, jacobians, places = self._measure(view, match)
-        pairs = Pairs(
-            measurement, landmark, innovation, view.joint(jacobians, places), seen.noise[measurement]
+        first = self.state is None
+        state = State(start or Pose2D(0.0, 0.0, 0.0)) if self.state is None else self.state
+        self.state = state
+        self._move(state, odometry, features.scan.points)
+        seen = observations_of(
+            features, corners=self.corners, walls=self.walls, roughness=self.roughness
         )
-        good = np.flatnonzero(distances(pairs) <= gate(2, self.probability))
-        pairs = _part(pairs, good)
-        chosen = np.empty(0, dtype=np.int64)
-        if len(good):
-            chosen = ASSOCIATIONS[self.association](pairs, self.probability)
-        part = _part(pairs, chosen)
-        squared = 0.0
-        if len(chosen):
-            both = part.innovation.ravel()
-            squared = float(both @ np.linalg.solve(part.covariance + _blocks(part.noise), both))
-        return Match(seen, part.measurement, part.landmark, squared)
-
-    def _measure(self, view: View, match: Match) -> tuple[FloatArray, FloatArray, IntArray]:
-        """Return innovations (C, 2), Jacobians (C, 2, 5) and places (C, 5) of matches."""
-        seen, landmark = match.seen, match.landmark
-        expected = seen.kind.expect(
-            view.pose, view.positions[landmark], self.landmarks.anchors[landmark]
+        matches, nis = [], 0.0
+        for each in seen:
+            found, squared = self._take_in(state, each)
+            matches.append(found)
+            nis += squared
+        for found in matches:
+            self.landmarks.saw(state.pose, found.seen, found.measurement, found.landmark)
+        for found in matches:
+            new = np.setdiff1d(np.arange(len(found.seen)), found.measurement)
+            self.landmarks.propose(state, found.seen, new, 1 if first else self.sightings)
+        oddity = self._tend(state, features)
+        matched = sum(map(len, matches))
+        return Step(
+            state.pose,
+            state.covariance[:POSE, :POSE].copy(),
+            matched,
+            nis,
+            state.landmarks,
+            self._watch.notice(matched, nis, oddity),
         )
-        innovation, sign = seen.kind.innovate(seen.values[match.measurement], expected.values)
-        jacobians = np.concatenate([expected.by_pose, expected.by_landmark], axis=2)
-        jacobians[:, 1] *= sign[:, None]
-        own = POSE + EACH * landmark[:, None] + np.arange(EACH)
-        places = np.concatenate([np.tile(np.arange(POSE), (len(landmark), 1)), own], axis=1)
-        return innovation, jacobians, places
 
-    def _correct(self, state: State, matches: list[Match]) -> float:
-        """Correct the state by all matches, linearised again where it comes to (iterated EKF)."""
-        noise = _blocks(np.concatenate([match.seen.noise[match.measurement] for match in matches]))
-        prior = state.mean.copy()
-        point = View(state, 0.0, math.inf)
-        nis = 0.0
-        for i in range(ITERATIONS):
-            parts = [self._measure(point, match) for match in matches]
-            innovation = np.concatenate([part[0] for part in parts]).ravel()
-            jacobians = np.concatenate([part[1] for part in parts])
-            places = np.concatenate([part[2] for part in parts])
-            jacobian, all_places = _spread(jacobians, places)
-            back = prior[all_places] - point.mean[all_places]
-            back[2] = math.remainder(back[2], math.tau)
-            innovation = innovation - jacobian @ back
-            if i == 0:
-                expected = jacobian @ state.covariance[np.ix_(all_places, all_places)] @ jacobian.T
-                nis = float(innovation @ np.linalg.solve(expected + noise, innovation))
-            if i == ITERATIONS - 1:
-                state.correct(all_places, jacobian, innovation, noise)
-                break
-            point = point.moved(
-                state.corrected_mean(all_places, jacobian, innovation, noise)
-            )
-        return nis
+    def _move(self, state: State, odometry: Pose2D, points: FloatArray) -> None:
+        """Predict the pose at a scan of those points (P, 2)."""
+        before, self._odometry = self._odometry, odometry
+        points_before, self._points = self._points, points
+        if before is None:
+            return
+        moved = relative(before, odometry)
+        covariance = self.motion.covariance(moved)
+        x, y, turn = np.diag(covariance)
+        if self.registered and (turn > SURE_TURN**2 or x + y > SURE_WAY**2):
+            moved, covariance = register(points_before, points, moved, covariance)
+        state.move(moved, covariance)
 
-    def _tend(self, state: State, features: Features) -> None:
-        """Drop the landmarks that ought to be seen and are not."""
-        kept = self.landmarks.worth_keeping(state, features.scan, self.patience)
+    def _take_in(self, state: State, seen: Observations) -> tuple[Matches, float]:
+        """Correct the state by all that is recognised; return that, and its squared innovation."""
+        found = matches_of(state, self.landmarks, seen, self.association, self.probability)
+        if not len(found):
+            return found, 0.0
+        measured = measurement_of(state, self.landmarks, found)
+        nis = state.correct(
+            measured.places,
+            measured.jacobian,
+            measured.innovation,
+            measured.noise,
+            lambda before, after: carried_over(
+                before, after, self.landmarks.is_wall, self.landmarks.anchors
+            ),
+        )
+        return found, nis
+
+    def _tend(self, state: State, features: Features) -> float:
+        """Drop landmarks that ought to be seen and are not; return how odd that is, just now."""
+        kept, oddity = self.landmarks.worth_keeping(state, features.scan, self.patience)
         if not kept.all():
             state.keep(kept)
             self.landmarks.keep(kept)
-
-
-def _blocks(noise: FloatArray) -> FloatArray:
-    """Return the block-diagonal matrix (2C, 2C) of C blocks."""
-    count = len(noise)
-    whole = np.zeros((count, 2, count, 2))
-    whole[np.arange(count), :, np.arange(count)] = noise
-    return whole.reshape(2 * count, 2 * count)
-
-
-def _spread(jacobians: FloatArray, places: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return the Jacobian (2C, k) of all pairs by the places (k,) that they touch."""
-    own, index = np.unique(places, return_inverse=True)
-    count = len(places)
-    whole = np.zeros((count, 2, len(own)))
-    rows = np.arange(count)[:, None]
-    whole[rows, :, index.reshape(places.shape)] = jacobians.transpose(0, 2, 1)
-    return whole.reshape(2 * count, len(own)), own
-
-
-def _part(pairs: Pairs, which: IntArray) -> Pairs:
-    rows = (2 * which[:, None] + np.arange(2)).ravel()
-    return Pairs(
-        pairs.measurement[which],
-        pairs.landmark[which],
-        pairs.innovation[which],
-        pairs.covariance[np.ix_(rows, rows)],
-        pairs.noise[which],
-    )
-
-
-def dead_reckoned(start: Pose2D, first: Pose2D, odometry: Pose2D) -> Pose2D:
-    """Return where odometry alone takes the sensor to be that started at `start`."""
-    return compose(start, relative(first, odometry))
+        return oddity

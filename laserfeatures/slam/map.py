@@ -1,4 +1,4 @@
-"""The map that the filter has made, as a user wants it: in the map's frame, landmark by landmark."""
+"""The map that the filter has made, as a user wants it, landmark by landmark."""
 
 import math
 from dataclasses import dataclass

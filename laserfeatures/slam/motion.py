@@ -17,6 +17,7 @@ class Motion:
 
     A step of s metres and t radians has the variances ``way^2 s`` along, ``side^2 s`` across and
     ``turn_by_way^2 s + turn^2 t`` of its angle.
+    The defaults are for a robot of which nothing is known.
 
     Parameters
     ----------
@@ -40,10 +41,10 @@ class Motion:
     whose errors grow as their way does.
     """
 
-    way: float = 0.05
-    side: float = 0.02
-    turn_by_way: float = 0.02
-    turn: float = 0.05
+    way: float = 0.2
+    side: float = 0.1
+    turn_by_way: float = 0.1
+    turn: float = 0.2
 
     def __post_init__(self) -> None:
         """Check the deviations."""

@@ -1,14 +1,17 @@
 """The state of the filter: a pose and landmarks, with their joint covariance."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.geometry.compiled import kernel
 from laserfeatures.scan import Pose2D
 
 POSE = 3  # numbers of a pose
 EACH = 2  # numbers of a landmark
+TILE = 32
 ROOM = 64  # numbers that there is room for at first
 
 
@@ -83,18 +86,14 @@ class State:
         p[:POSE, POSE:n] = by_pose @ p[:POSE, POSE:n]
         p[POSE:n, :POSE] = p[:POSE, POSE:n].T
 
-    def corrected_mean(
-        self, places: IntArray, jacobian: FloatArray, innovation: FloatArray, noise: FloatArray
-    ) -> FloatArray:
-        """Return the mean (n,) that `correct` would come to."""
-        across = self.covariance[:, places] @ jacobian.T
-        expected = jacobian @ across[places] + noise
-        mean: FloatArray = self.mean + across @ np.linalg.solve(expected, innovation)
-        return mean
-
     def correct(
-        self, places: IntArray, jacobian: FloatArray, innovation: FloatArray, noise: FloatArray
-    ) -> None:
+        self,
+        places: IntArray,
+        jacobian: FloatArray,
+        innovation: FloatArray,
+        noise: FloatArray,
+        carried_over: Callable[[FloatArray, FloatArray], FloatArray],
+    ) -> float:
         """Take in a measurement of some of the numbers, in Joseph's form.
 
         Costs time in proportion to the square of the number of landmarks.
@@ -109,17 +108,33 @@ class State:
             What was measured, less what was expected.
         noise : (m, m) array
             Covariance of the measurement.
+        carried_over : callable
+            From the mean (n,) before and after to (n, 3); see `laserfeatures.slam.invariance`.
+
+        Returns
+        -------
+        float
+            The normalised innovation squared.
+
+        Notes
+        -----
+        (I - K H) P (I - K H)' + K R K' is P - K A' + (K S - A) K' with A = P H' and S = H A + R.
         """
         p = self.covariance
         across = p[:, places] @ jacobian.T
         expected = jacobian @ across[places] + noise
         gain = np.linalg.solve(expected, across.T).T
+        before = self.mean.copy()
         self.mean[:] += gain @ innovation
         self._mean[2] = math.remainder(self._mean[2], math.tau)
-        left = p - gain @ (jacobian @ p[places])
-        left -= (left[:, places] @ jacobian.T) @ gain.T
-        left += gain @ noise @ gain.T
-        p[:] = (left + left.T) / 2
+        change = carried_over(before, self.mean)
+        left = np.hstack([-gain, gain @ expected - across])
+        right = np.hstack([across, gain])
+        pose = p[:POSE] + left[:POSE] @ right.T  # the pose's rows, when corrected
+        both = pose.T + change @ pose[:, :POSE]
+        p += np.hstack([left, change, both]) @ np.hstack([right, pose.T, change]).T
+        _make_symmetric(p)
+        return float(innovation @ np.linalg.solve(expected, innovation))
 
     def add(self, value: FloatArray, by_pose: FloatArray, noise: FloatArray) -> None:
         """Add a landmark.
@@ -161,58 +176,14 @@ class State:
         self.covariance[:] = covariance
 
 
-class View:
-    """The state, were the heading known better than it is.
-
-    Parameters
-    ----------
-    state : State
-        The state.
-    offset : float
-        How far the heading is off its mean [rad].
-    sigma : float
-        Its deviation then [rad]; inf: as it is.
-    """
-
-    def __init__(self, state: State, offset: float, sigma: float) -> None:
-        self.state = state
-        variance = state.covariance[2, 2]
-        self._gain = state.covariance[2] / variance if variance > 0 else np.zeros(state.size)
-        self._less = max(variance - sigma**2, 0.0)
-        self.mean = state.mean + self._gain * offset
-
-    @property
-    def pose(self) -> Pose2D:
-        """The pose."""
-        x, y, theta = self.mean[:POSE].tolist()
-        return Pose2D(x, y, theta)
-
-    @property
-    def positions(self) -> FloatArray:
-        """The two numbers of each landmark (L, 2)."""
-        return self.mean[POSE:].reshape(-1, EACH)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """That of the pose (3, 3)."""
-        own = self._gain[:POSE]
-        return self.state.covariance[:POSE, :POSE] - self._less * np.outer(own, own)
-
-    def moved(self, mean: FloatArray) -> "View":
-        """Return it with another mean (n,)."""
-        other = View(self.state, 0.0, math.inf)
-        other.mean = mean
-        return other
-
-    def joint(self, jacobians: FloatArray, places: IntArray) -> FloatArray:
-        """Return the covariance (2C, 2C) of what C Jacobians (C, 2, k) of places (C, k) expect."""
-        count = len(places)
-        whole = np.zeros((count, 2, self.state.size))
-        whole[np.arange(count)[:, None], :, places] = jacobians.transpose(0, 2, 1)
-        flat = whole.reshape(2 * count, -1)
-        touched = np.unique(places)
-        flat = flat[:, touched]
-        covariance = self.state.covariance[np.ix_(touched, touched)]
-        lean = flat @ self._gain[touched]
-        joint: FloatArray = flat @ covariance @ flat.T - self._less * np.outer(lean, lean)
-        return joint
+@kernel
+def _make_symmetric(matrix: FloatArray) -> None:
+    """Take the mean of a matrix and its transpose, tile by tile: memory is what takes the time."""
+    n = len(matrix)
+    for top in range(0, n, TILE):
+        for left in range(0, top + 1, TILE):
+            for i in range(top, min(top + TILE, n)):
+                for j in range(left, min(left + TILE, i)):
+                    mean = (matrix[i, j] + matrix[j, i]) / 2
+                    matrix[i, j] = mean
+                    matrix[j, i] = mean

@@ -1,0 +1,106 @@
+"""Which measurements of a scan are of which landmarks, and what all of them together measure."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.slam.association import (
+    DENSITY,
+    Pairs,
+    distances,
+    gate,
+    joint_compatibility,
+    nearest_neighbours,
+)
+from laserfeatures.slam.landmarks import Landmarks
+from laserfeatures.slam.observations import Observations
+from laserfeatures.slam.state import EACH, POSE, State
+
+Associate = Callable[[Pairs, float, float], IntArray]
+ASSOCIATIONS: dict[str, Associate] = {
+    "joint": joint_compatibility,
+    "nearest": nearest_neighbours,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Which measurements (K,) of one kind are of which landmarks (K,)."""
+
+    seen: Observations
+    measurement: IntArray
+    landmark: IntArray
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.measurement)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Some matches as one measurement of the state; the parameters are those of `State.correct`."""
+
+    places: IntArray
+    jacobian: FloatArray
+    innovation: FloatArray
+    noise: FloatArray
+
+
+def matches_of(
+    state: State, landmarks: Landmarks, seen: Observations, association: str, probability: float
+) -> Matches:
+    """Return which measurements are of which landmarks."""
+    measurement, landmark = np.nonzero(landmarks.near(state, seen))
+    if not len(measurement):
+        return Matches(seen, measurement, landmark)
+    measured = measurement_of(state, landmarks, Matches(seen, measurement, landmark))
+    expected = state.covariance[np.ix_(measured.places, measured.places)]
+    pairs = Pairs(
+        measurement,
+        landmark,
+        measured.innovation.reshape(-1, 2),
+        measured.jacobian @ expected @ measured.jacobian.T,
+        seen.noise[measurement],
+    )
+    pairs = _part(pairs, np.flatnonzero(distances(pairs) <= gate(2, probability)))
+    if not len(pairs.measurement):
+        return Matches(seen, pairs.measurement, pairs.landmark)
+    chosen = ASSOCIATIONS[association](pairs, probability, DENSITY)
+    return Matches(seen, pairs.measurement[chosen], pairs.landmark[chosen])
+
+
+def measurement_of(state: State, landmarks: Landmarks, matches: Matches) -> Measurement:
+    """Return what some matches measure, linearised where the state is."""
+    seen, landmark = matches.seen, matches.landmark
+    expected = seen.kind.expect(state.pose, state.positions[landmark], landmarks.anchors[landmark])
+    innovation, sign = seen.kind.innovate(seen.values[matches.measurement], expected.values)
+    jacobians = np.concatenate([expected.by_pose, expected.by_landmark], axis=2)
+    jacobians[:, 1] *= sign[:, None]
+    count = len(landmark)
+    own = POSE + EACH * landmark[:, None] + np.arange(EACH)
+    each = np.concatenate([np.tile(np.arange(POSE), (count, 1)), own], axis=1)
+    places, column = np.unique(each, return_inverse=True)
+    whole = np.zeros((count, 2, len(places)))
+    rows = np.arange(count)[:, None]
+    whole[rows, :, column.reshape(each.shape)] = jacobians.transpose(0, 2, 1)
+    noise = np.zeros((count, 2, count, 2))
+    noise[np.arange(count), :, np.arange(count)] = seen.noise[matches.measurement]
+    return Measurement(
+        places,
+        whole.reshape(2 * count, len(places)),
+        innovation.ravel(),
+        noise.reshape(2 * count, 2 * count),
+    )
+
+
+def _part(pairs: Pairs, which: IntArray) -> Pairs:
+    rows = (2 * which[:, None] + np.arange(2)).ravel()
+    return Pairs(
+        pairs.measurement[which],
+        pairs.landmark[which],
+        pairs.innovation[which],
+        pairs.covariance[np.ix_(rows, rows)],
+        pairs.noise[which],
+    )
