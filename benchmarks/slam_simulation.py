@@ -60,7 +60,7 @@ def main():
             assert math.isfinite(score.final_error), (kind, name)
     facts = {"minutes": minutes, "workers": options.workers, "machine": machine()}
     whole = facts | {
-        "motion": asdict(motion_of(Robot()), 0.0),
+        "motion": asdict(motion_of(Robot())),
         **{kind: document_of(outcomes) for kind, outcomes in found.items()},
     }
     options.output.mkdir(parents=True, exist_ok=True)

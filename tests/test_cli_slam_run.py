@@ -215,7 +215,8 @@ def test_one_scan_gives_a_notice_and_complete_files(log, tmp_path):
     (only,) = notices_of(tmp_path, log, "--count", 1, "-o", tmp_path / "out")
     assert "only one scan" in only
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
-    assert read_map(tmp_path / "out" / "map.json") == ()
+    landmarks = read_map(tmp_path / "out" / "map.json")
+    assert {landmark.sightings for landmark in landmarks} == {1}  # of a pose that is certain
 
 
 def test_what_the_filter_says_of_itself_is_told(log, tmp_path, monkeypatch):

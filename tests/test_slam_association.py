@@ -70,7 +70,7 @@ def test_distances_are_those_of_each_pair_alone(seed):
 
 
 @settings(max_examples=40)
-@given(st.integers(0, 2**31), st.sampled_from([0.05, 0.5, 5.0]))
+@given(st.integers(0, 2**31), st.sampled_from([1e-5, 0.05, 0.5, 5.0]))
 def test_joint_compatibility_finds_the_best_of_all_pairings(seed, density):
     pairs = random_pairs(np.random.default_rng(seed))
     wanted, _ = best_pairing(pairs, GATES, density)
@@ -89,7 +89,9 @@ def test_pairs_that_fit_alone_but_not_together_are_refused():
     """The pose may be off by 1 m; two walls say 0.8 m to the left, a third 0.8 m to the right."""
     pairs = simple_pairs([0, 1, 2], [0, 1, 2], [(0.8, 0.0), (0.82, 0.0), (-0.8, 0.0)], shared=1.0)
     assert (distances(pairs) < gate(2, SURE)).all()
-    assert joint_compatibility(pairs, SURE, 0.05).tolist() == [0, 1]
+    for density in (0.05, 1e-9):  # even where three together would be likelier than two
+        assert joint_compatibility(pairs, SURE, density).tolist() == [0, 1]
+    assert joint(pairs, [0, 1, 2])[0] > gate(6, SURE)
     assert nearest_neighbours(pairs, SURE).tolist() == [0, 1, 2]
 
 

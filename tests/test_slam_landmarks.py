@@ -50,7 +50,7 @@ def with_landmarks(*seen, pose=HERE):
 
 
 def end(state, landmarks, scan, patience=10):
-    """Return which landmarks are kept after a scan, and how many it missed."""
+    """Return which landmarks are kept after a scan, and how odd it is what it missed."""
     return landmarks.worth_keeping(state, scan, patience)
 
 
@@ -173,10 +173,12 @@ def test_ends_follow_the_landmark_as_it_is_corrected():
 
 
 def seen_of(place, screen):
-    """Return how many misses a scan counts of a corner at a place, with some walls to look at."""
+    """Return how many misses a scan of some walls counts of a corner at a place."""
     state, landmarks = with_landmarks(corners(place))
     end(state, landmarks, LaserScan(angles=[], ranges=[]))  # the scan in which it was seen
-    return end(state, landmarks, scan_of(*screen, range_max=10.0))[1]
+    odd = end(state, landmarks, scan_of(*screen, range_max=10.0))[1]
+    assert (odd > 0) == (landmarks.misses[0] > 0)
+    return landmarks.misses[0]
 
 
 FAR = chain((6.0, -6.0), (6.0, 6.0))
@@ -204,16 +206,28 @@ def test_a_landmark_that_is_missed_too_often_is_dropped():
     state, landmarks = with_landmarks(corners((3.0, 0.0), (-3.0, 0.0)))
     landmarks.saw(HERE, corners((3.0, 0.0)), np.array([0]), np.array([0]))
     scan = scan_of(*FAR)
-    kept, missed = end(state, landmarks, scan, patience)
-    assert (kept.tolist(), missed) == ([True, True], 0)  # seen in this scan
+    kept, odd = end(state, landmarks, scan, patience)
+    assert (kept.tolist(), odd) == ([True, True], 0)  # seen in this scan
     for _ in range(2 + patience):  # two sightings, and the patience
-        kept, missed = end(state, landmarks, scan, patience)
-        assert (kept.tolist(), missed) == ([True, True], 1)
+        assert end(state, landmarks, scan, patience)[0].tolist() == [True, True]
     kept, _ = end(state, landmarks, scan, patience)
     assert kept.tolist() == [False, True]  # the other is behind the robot: no reason to drop it
+    assert landmarks.misses.tolist() == [3.0 + patience, 0.0]
     landmarks.keep(kept)
     assert (landmarks.hits.tolist(), landmarks.misses.tolist()) == ([1.0], [0.0])
     np.testing.assert_allclose(landmarks.ends, points((-3.0, 0.0)))
+
+
+def test_what_was_always_recognised_is_the_odder_to_be_missed():
+    """Minus the logarithm of the chance, by how often each was recognised so far."""
+    state, landmarks = with_landmarks(corners((3.0, 0.0), (3.0, 1.0)))
+    for _ in range(8):
+        landmarks.saw(HERE, corners((3.0, 0.0)), np.array([0]), np.array([0]))
+    landmarks.misses[:] = 0.0, 3.0
+    scan = scan_of(*FAR)
+    end(state, landmarks, scan)  # they were seen in this one
+    odd = end(state, landmarks, scan)[1]
+    assert odd == pytest.approx(-math.log(1 - 9 / 10) - math.log(1 - 1 / 5))
 
 
 def test_a_landmark_that_is_seen_now_and_then_stays():
@@ -227,5 +241,5 @@ def test_a_landmark_that_is_seen_now_and_then_stays():
 
 def test_a_scan_without_a_beam_misses_nothing():
     state, landmarks = with_landmarks(corners((3.0, 0.0)))
-    kept, missed = end(state, landmarks, LaserScan(angles=[], ranges=[]))
-    assert (kept.tolist(), missed) == ([True], 0)
+    kept, odd = end(state, landmarks, LaserScan(angles=[], ranges=[]))
+    assert (kept.tolist(), odd) == ([True], 0)

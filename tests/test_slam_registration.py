@@ -68,9 +68,8 @@ def test_along_a_corridor_the_odometry_is_all_there_is():
     )
     c, s = math.cos(heading), math.sin(heading)
     along, across = np.array([c, -s]), np.array([s, c])  # of the corridor, in the first scan
-    assert along @ found[:2, :2] @ along == pytest.approx(
-        along @ covariance[:2, :2] @ along, rel=0.15
-    )
+    as_odometry = (along @ found[:2, :2] @ along) / (along @ covariance[:2, :2] @ along)
+    assert 0.9 < as_odometry < 4  # the points tell nothing; that others fit as well may widen it
     assert across @ found[:2, :2] @ across < 0.03**2
     # Odometry is off by some 10 cm there; of that, what is along the corridor stays.
     turn = 0.05

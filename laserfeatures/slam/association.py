@@ -7,6 +7,7 @@ Transactions on Robotics and Automation 17(6), 2001.
 """
 
 import math
+from functools import cache
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -41,8 +42,12 @@ class Pairs(NamedTuple):
     noise: FloatArray
 
 
+@cache
 def gate(degrees: int, probability: float) -> float:
-    """Return the quantile of the chi-square distribution, within 1 % from 2 degrees of freedom on.
+    """Return the quantile of the chi-square distribution, nearly.
+
+    From 2 degrees of freedom on it is within 1 % up to a probability of 0.99; far out it is too
+    wide, at 1 - 1e-6 by 10 % for 2 degrees and 1 % for 20.
 
     References
     ----------

@@ -20,8 +20,9 @@ def in_map(pose: Pose2D, ends: FloatArray) -> FloatArray:
 def close(ends: FloatArray, others: FloatArray, slack: float, kind: Kind) -> BoolArray:
     """Return which of some things (N, 2, 2) are within `slack` [m] of which others (L, 2, 2)."""
     if kind is CORNER:
-        away = np.linalg.norm(ends[:, None, 0] - others[None, :, 0], axis=2)
-        return away <= slack
+        x, y = (ends[:, None, 0] - others[None, :, 0]).transpose(2, 0, 1)
+        near: BoolArray = x * x + y * y <= slack * slack
+        return near
     along = others[:, 1] - others[:, 0]
     length = np.linalg.norm(along, axis=1)
     along = along / np.maximum(length, 1e-9)[:, None]

@@ -6,8 +6,11 @@ from laserfeatures.slam.association import gate
 
 WINDOW = 20  # scans
 SURE = 1 - 1e-6  # that innovations so large are not chance
-LOST = 3  # scans in a row at least in which nothing was recognised
-ODD = 20.0  # minus the logarithm of the chance of that
+LOST = 3  # scans at least that are odd
+ODD = 20.0  # minus the logarithm of the chance of what they do not show
+DOUBTFUL = 5.0  # from where on nothing new is believed
+MOST = 2 * ODD  # so that the filter can find itself again
+EACH_MATCH, EACH_SCAN = 3.0, 1.0  # what speaks against it
 
 
 class Watch:
@@ -15,7 +18,7 @@ class Watch:
 
     def __init__(self) -> None:
         self._recent: deque[tuple[int, float]] = deque(maxlen=WINDOW)
-        self._unrecognised = 0
+        self._odd_scans = 0
         self._oddity = 0.0
         self._lost = False
         self._wide = False
@@ -39,8 +42,8 @@ class Watch:
         before, self._wide = self._wide, bool(degrees) and total > gate(degrees, SURE)
         if self._loses(matched, oddity):
             return (
-                f"lost: for {self._unrecognised} scans none of the landmarks that ought to be seen "
-                "was recognised; the robot may have been carried, or the map be wrong"
+                f"lost: for {self._odd_scans} scans hardly any landmark that ought to be seen was "
+                "recognised; the robot may have been carried, or the map be wrong"
             )
         if self._wide and not before:
             return (
@@ -49,13 +52,21 @@ class Watch:
             )
         return None
 
+    @property
+    def doubts(self) -> bool:
+        """Whether the latest scans are so odd that what is new in them is not to be believed."""
+        return self._oddity > DOUBTFUL and not self._lost
+
     def _loses(self, matched: int, oddity: float) -> bool:
-        """Return whether it is with this scan that the filter is lost."""
-        if matched:
-            self._unrecognised, self._oddity, self._lost = 0, 0.0, False
+        """Return whether it is with this scan that the filter is lost.
+
+        What speaks for it is summed up, and starts anew where matches have outweighed it.
+        """
+        self._oddity = min(self._oddity + oddity - EACH_MATCH * matched - EACH_SCAN, MOST)
+        if self._oddity <= 0:
+            self._odd_scans, self._oddity, self._lost = 0, 0.0, False
             return False
-        self._unrecognised += 1
-        self._oddity += oddity
+        self._odd_scans += 1
         before = self._lost
-        self._lost = self._unrecognised >= LOST and self._oddity > ODD
+        self._lost = before or (self._odd_scans >= LOST and self._oddity > ODD)
         return self._lost and not before

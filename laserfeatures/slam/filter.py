@@ -153,8 +153,8 @@ class EkfSlam:
             nis += squared
         for found in matches:
             self.landmarks.saw(state.pose, found.seen, found.measurement, found.landmark)
-        for found in matches:
-            new = np.setdiff1d(np.arange(len(found.seen)), found.measurement)
+        for found in matches if not self._watch.doubts else ():
+            new = np.setdiff1d(np.arange(len(found.seen)), found.measurement, assume_unique=True)
             self.landmarks.propose(state, found.seen, new, 1 if first else self.sightings)
         oddity = self._tend(state, features)
         matched = sum(map(len, matches))

@@ -43,9 +43,7 @@ class Landmarks:
         """Return which landmarks each measurement may be of, (N, L)."""
         slack = REACH + 3 * math.sqrt(max(np.linalg.eigvalsh(state.covariance[:2, :2])[-1], 0.0))
         slack += 3 * math.sqrt(state.covariance[2, 2]) * _farthest(seen)
-        ends = in_map(state.pose, seen.extents)
-        wanted = self.is_wall == (seen.kind is WALL)
-        return wanted & close(ends, self.present_ends(state), slack, seen.kind)
+        return self._close(state, in_map(state.pose, seen.extents), slack, seen.kind)
 
     def saw(
         self, pose: Pose2D, seen: Observations, measurements: IntArray, landmarks: IntArray
@@ -61,15 +59,16 @@ class Landmarks:
 
     def propose(self, state: State, seen: Observations, which: IntArray, sightings: int) -> None:
         """Count what is new, and make landmarks of what was seen often enough."""
-        ends = in_map(state.pose, seen.extents)
-        same = self.is_wall == (seen.kind is WALL)
-        doubled = (same & close(ends, self.present_ends(state), DOUBLE, seen.kind)).any(axis=1)
-        new = which[~doubled[which]]
-        ripe = self._candidates[seen.kind].count(ends[new], seen.kind, self._scan, sightings)
-        for i in new[ripe].tolist():
+        if not len(which):
+            return
+        ends = in_map(state.pose, seen.extents[which])
+        doubled = self._close(state, ends, DOUBLE, seen.kind).any(axis=1)
+        new, ends = which[~doubled], ends[~doubled]
+        ripe = self._candidates[seen.kind].count(ends, seen.kind, self._scan, sightings)
+        for i, both_ends in zip(new[ripe].tolist(), ends[ripe], strict=True):
             placed = seen.kind.place(state.pose, seen.values[i], seen.noise[i])
             state.add(placed.value, placed.by_pose, placed.noise)
-            self._add(state.pose, seen.kind, ends[i])
+            self._add(state.pose, seen.kind, both_ends)
 
     def worth_keeping(
         self, state: State, scan: LaserScan, patience: int
@@ -101,15 +100,27 @@ class Landmarks:
 
     def present_ends(self, state: State) -> FloatArray:
         """Return both ends of each landmark, put onto where the landmark is now, (L, 2, 2)."""
-        ends = self.ends.copy()
-        corners = ~self.is_wall
-        ends[corners] = state.positions[corners][:, None]
-        alpha, rho = state.positions[self.is_wall].T
-        normal = np.stack([np.cos(alpha), np.sin(alpha)], axis=1)
-        walls = ends[self.is_wall]
-        off = ((walls - self.anchors[self.is_wall][:, None]) * normal[:, None]).sum(axis=2)
-        ends[self.is_wall] = walls - (off - rho[:, None])[:, :, None] * normal[:, None]
+        ends = np.repeat(state.positions[:, None], 2, axis=1)
+        ends[self.is_wall] = self._present_walls(state, np.flatnonzero(self.is_wall))
         return ends
+
+    def _present_walls(self, state: State, walls: IntArray) -> FloatArray:
+        alpha, rho = state.positions[walls].T
+        normal = np.stack([np.cos(alpha), np.sin(alpha)], axis=1)[:, None]
+        ends, anchors = self.ends[walls], self.anchors[walls][:, None]
+        off = ((ends - anchors) * normal).sum(axis=2) - rho[:, None]
+        return ends - off[:, :, None] * normal
+
+    def _close(self, state: State, ends: FloatArray, slack: float, kind: Kind) -> BoolArray:
+        """Return which things of a kind (N, 2, 2) are near which landmarks of that kind, (N, L)."""
+        own = np.flatnonzero(self.is_wall == (kind is WALL))
+        if kind is WALL:
+            others = self._present_walls(state, own)
+        else:
+            others = np.repeat(state.positions[own][:, None], 2, axis=1)
+        near = np.zeros((len(ends), len(self.is_wall)), dtype=bool)
+        near[:, own] = close(ends, others, slack, kind)
+        return near
 
     def _expected(self, state: State, scan: LaserScan) -> BoolArray:
         """Return which landmarks (L,) the scan looks at: a beam ends there, or behind."""

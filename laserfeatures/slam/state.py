@@ -132,8 +132,8 @@ class State:
         right = np.hstack([across, gain])
         pose = p[:POSE] + left[:POSE] @ right.T  # the pose's rows, when corrected
         both = pose.T + change @ pose[:, :POSE]
-        p += np.hstack([left, change, both]) @ np.hstack([right, pose.T, change]).T
-        _make_symmetric(p)
+        right = np.ascontiguousarray(np.hstack([right, pose.T, change]).T)
+        _add_product(self._covariance, self.size, np.hstack([left, change, both]), right)
         return float(innovation @ np.linalg.solve(expected, innovation))
 
     def add(self, value: FloatArray, by_pose: FloatArray, noise: FloatArray) -> None:
@@ -177,13 +177,26 @@ class State:
 
 
 @kernel
-def _make_symmetric(matrix: FloatArray) -> None:
-    """Take the mean of a matrix and its transpose, tile by tile: memory is what takes the time."""
-    n = len(matrix)
-    for top in range(0, n, TILE):
-        for left in range(0, top + 1, TILE):
+def _add_product(matrix: FloatArray, n: int, left: FloatArray, right: FloatArray) -> None:
+    """Add a product that is symmetric to the first n rows and columns of a symmetric matrix.
+
+    One half, then its mirror. The library's product of matrices would do it all, in threads that
+    wait for each other where the machine has other work.
+    """
+    count = left.shape[1]
+    for i in range(n):
+        row = matrix[i, : i + 1]
+        for k in range(0, count - 3, 4):  # a row is read and written once for four
+            a, b, c, d = left[i, k], left[i, k + 1], left[i, k + 2], left[i, k + 3]
+            for j in range(i + 1):
+                row[j] += (a * right[k, j] + b * right[k + 1, j]) + (
+                    c * right[k + 2, j] + d * right[k + 3, j]
+                )
+        for k in range(count - count % 4, count):
+            for j in range(i + 1):
+                row[j] += left[i, k] * right[k, j]
+    for top in range(0, n, TILE):  # tile by tile: memory is what takes the time
+        for first in range(0, top + 1, TILE):
             for i in range(top, min(top + TILE, n)):
-                for j in range(left, min(left + TILE, i)):
-                    mean = (matrix[i, j] + matrix[j, i]) / 2
-                    matrix[i, j] = mean
-                    matrix[j, i] = mean
+                for j in range(first, min(first + TILE, i)):
+                    matrix[j, i] = matrix[i, j]
