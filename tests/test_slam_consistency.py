@@ -69,7 +69,7 @@ def test_a_chance_match_is_outweighed_and_doubts_come_first():
     assert told[:2] == [None, None]
     assert told[2].startswith("lost")
     watch = Watch()
-    watch.notice(0, 0.0, 8.0)
+    watch.notice(0, 0.0, 12.0)
     assert watch.doubts
     watch.notice(4, 8.0, 0.0)
     assert not watch.doubts

@@ -10,7 +10,7 @@ LOST = 3  # scans at least that are odd
 ODD = 20.0  # minus the logarithm of the chance of what they do not show
 DOUBTFUL = 5.0  # from where on nothing new is believed
 MOST = 2 * ODD  # so that the filter can find itself again
-EACH_MATCH, EACH_SCAN = 3.0, 1.0  # what speaks against it
+EACH_MATCH, EACH_SCAN = 3.0, 5.0  # what speaks against it
 
 
 class Watch:
