@@ -67,7 +67,7 @@ def test_it_draws_both_figures(once):
 
 def test_its_json_has_what_it_was_made_with_and_what_came_of_it(once):
     _, found, output = once
-    assert (found["plan"], found["landmarks"], found["seeds"]) == ("room.toml", "corners", [3])
+    assert (found["plan"], found["landmarks"], found["seeds"]) == ("room.toml", "both", [3])
     assert found["motion"]["way"] == pytest.approx(motion_of(Robot()).way)
     (row,) = found["summary"]
     (drive,) = found["drives"]
