@@ -241,3 +241,12 @@ def test_the_pose_and_the_covariance_of_a_step_are_its_own():
 def test_parameters_that_make_no_sense_are_refused(parameters, message):
     with pytest.raises(ValueError, match=message):
         EkfSlam(**parameters)
+
+
+@needs_compiler
+def test_a_full_map_takes_nothing_new_and_says_so_once(rounds):
+    slam = EkfSlam(motion=MOTION, most=5)
+    steps = rounds[0].run(slam)
+    assert {step.landmarks for step in steps} == {5}
+    told = [step.notice for step in steps if step.notice and "full" in step.notice]
+    assert told == ["the map is full: it has 5 landmarks, and nothing new is added"]

@@ -84,6 +84,8 @@ class EkfSlam:
     patience : int
         In how many scans a landmark that ought to be seen may be missed beyond those in which it
         was seen, before it is dropped.
+    most : int
+        How many landmarks there may be: memory and time grow with their square.
 
     Raises
     ------
@@ -100,10 +102,12 @@ class EkfSlam:
     probability: float = 0.99
     sightings: int = 3
     patience: int = 10
+    most: int = 2000
     state: State | None = field(default=None, init=False, repr=False)
     landmarks: Landmarks = field(default_factory=Landmarks, init=False, repr=False)
     _odometry: Pose2D | None = field(default=None, init=False, repr=False)
     _points: FloatArray = field(default_factory=lambda: np.empty((0, 2)), init=False, repr=False)
+    _was_full: bool = field(default=False, init=False, repr=False)
     _watch: Watch = field(default_factory=Watch, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -117,7 +121,7 @@ class EkfSlam:
             raise ValueError(f"roughness must be >= 0 m and finite, got {self.roughness}")
         if not 0 < self.probability < 1:
             raise ValueError(f"probability must be in (0, 1), got {self.probability}")
-        for name in ("sightings", "patience"):
+        for name in ("sightings", "patience", "most"):
             if not getattr(self, name) >= 1:
                 raise ValueError(f"{name} must be >= 1, got {getattr(self, name)}")
 
@@ -155,6 +159,7 @@ class EkfSlam:
             self.landmarks.saw(state.pose, found.seen, found.measurement, found.landmark)
         for found in matches if not self._watch.doubts else ():
             new = np.setdiff1d(np.arange(len(found.seen)), found.measurement, assume_unique=True)
+            new = new[: self.most - state.landmarks]
             self.landmarks.propose(state, found.seen, new, 1 if first else self.sightings)
         oddity = self._tend(state, features)
         matched = sum(map(len, matches))
@@ -164,7 +169,7 @@ class EkfSlam:
             matched,
             nis,
             state.landmarks,
-            self._watch.notice(matched, nis, oddity),
+            self._watch.notice(matched, nis, oddity) or self._full(state),
         )
 
     def _move(self, state: State, odometry: Pose2D, points: FloatArray) -> None:
@@ -204,3 +209,10 @@ class EkfSlam:
             state.keep(kept)
             self.landmarks.keep(kept)
         return oddity
+
+    def _full(self, state: State) -> str | None:
+        """Return that there is no room for more landmarks, when that begins."""
+        before, self._was_full = self._was_full, state.landmarks >= self.most
+        if before or not self._was_full:
+            return None
+        return f"the map is full: it has {self.most} landmarks, and nothing new is added"
