@@ -49,8 +49,9 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=Path())
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--repeats", type=int, default=REPEATS)
+    parser.add_argument("-e", "--extractor", action="append", default=[])
     options = parser.parse_args()
-    names = lf.list_extractors()
+    names = options.extractor or lf.list_extractors()
     every = [(name, kind) for name in names for kind in KINDS]
     jobs = [
         *((options.data, CSAIL, name, kind, r, {}) for name, kind in every
@@ -128,7 +129,9 @@ def worst_off(square, found):
 
 def page(options, names, found):
     """Return the tables as Markdown."""
-    parts = [f"Medians of {options.repeats} runs on CSAIL, worst in brackets."]
+    parts = []
+    if options.repeats > 1:
+        parts.append(f"Medians of {options.repeats} runs on CSAIL, worst in brackets.")
     for log, keys in ((CSAIL, ()), (BRENNER, ("square",)), (BREEZY, ())):
         repeats = options.repeats if log == CSAIL else 1
         rows = []
