@@ -9,7 +9,6 @@ from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.slam.association import (
     DENSITY,
     Pairs,
-    distances,
     gate,
     joint_compatibility,
     nearest_neighbours,
@@ -55,6 +54,16 @@ def matches_of(
     measurement, landmark = np.nonzero(landmarks.near(state, seen))
     if not len(measurement):
         return Matches(seen, measurement, landmark)
+    innovation, jacobians, each = _linearised(
+        state, landmarks, Matches(seen, measurement, landmark)
+    )
+    own = jacobians @ state.covariance[each[:, :, None], each[:, None, :]]
+    total = own @ jacobians.transpose(0, 2, 1) + seen.noise[measurement]
+    solved = np.linalg.solve(total, innovation[:, :, None])[:, :, 0]
+    good = (innovation * solved).sum(axis=1) <= gate(2, probability)
+    measurement, landmark = measurement[good], landmark[good]
+    if not len(measurement):
+        return Matches(seen, measurement, landmark)
     measured = measurement_of(state, landmarks, Matches(seen, measurement, landmark))
     expected = state.covariance[np.ix_(measured.places, measured.places)]
     pairs = Pairs(
@@ -64,23 +73,14 @@ def matches_of(
         measured.jacobian @ expected @ measured.jacobian.T,
         seen.noise[measurement],
     )
-    pairs = _part(pairs, np.flatnonzero(distances(pairs) <= gate(2, probability)))
-    if not len(pairs.measurement):
-        return Matches(seen, pairs.measurement, pairs.landmark)
     chosen = ASSOCIATIONS[association](pairs, probability, DENSITY)
     return Matches(seen, pairs.measurement[chosen], pairs.landmark[chosen])
 
 
 def measurement_of(state: State, landmarks: Landmarks, matches: Matches) -> Measurement:
     """Return what some matches measure, linearised where the state is."""
-    seen, landmark = matches.seen, matches.landmark
-    expected = seen.kind.expect(state.pose, state.positions[landmark], landmarks.anchors[landmark])
-    innovation, sign = seen.kind.innovate(seen.values[matches.measurement], expected.values)
-    jacobians = np.concatenate([expected.by_pose, expected.by_landmark], axis=2)
-    jacobians[:, 1] *= sign[:, None]
-    count = len(landmark)
-    own = POSE + EACH * landmark[:, None] + np.arange(EACH)
-    each = np.concatenate([np.tile(np.arange(POSE), (count, 1)), own], axis=1)
+    seen, count = matches.seen, len(matches)
+    innovation, jacobians, each = _linearised(state, landmarks, matches)
     places, column = np.unique(each, return_inverse=True)
     whole = np.zeros((count, 2, len(places)))
     rows = np.arange(count)[:, None]
@@ -95,12 +95,16 @@ def measurement_of(state: State, landmarks: Landmarks, matches: Matches) -> Meas
     )
 
 
-def _part(pairs: Pairs, which: IntArray) -> Pairs:
-    rows = (2 * which[:, None] + np.arange(2)).ravel()
-    return Pairs(
-        pairs.measurement[which],
-        pairs.landmark[which],
-        pairs.innovation[which],
-        pairs.covariance[np.ix_(rows, rows)],
-        pairs.noise[which],
-    )
+def _linearised(
+    state: State, landmarks: Landmarks, matches: Matches
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return innovations (K, 2), Jacobians (K, 2, 5) and the numbers (K, 5) that they are by."""
+    seen, landmark = matches.seen, matches.landmark
+    expected = seen.kind.expect(state.pose, state.positions[landmark], landmarks.anchors[landmark])
+    innovation, sign = seen.kind.innovate(seen.values[matches.measurement], expected.values)
+    jacobians = np.concatenate([expected.by_pose, expected.by_landmark], axis=2)
+    jacobians[:, 1] *= sign[:, None]
+    count = len(landmark)
+    own = POSE + EACH * landmark[:, None] + np.arange(EACH)
+    each = np.concatenate([np.tile(np.arange(POSE), (count, 1)), own], axis=1)
+    return innovation, jacobians, each
