@@ -8,7 +8,7 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.slam.landmarks import Landmarks
-from laserfeatures.slam.state import EACH, POSE, State
+from laserfeatures.slam.state import State
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,12 +38,10 @@ class Landmark:
 
 def map_of(state: State, landmarks: Landmarks) -> tuple[Landmark, ...]:
     """Return the landmarks, in the order in which they were found."""
-    ends = landmarks.present_ends(state)
+    ends, blocks = landmarks.present_ends(state), state.blocks()
     found = []
     for i in range(state.landmarks):
-        values = state.positions[i].copy()
-        place = POSE + EACH * i
-        covariance = state.covariance[place : place + EACH, place : place + EACH].copy()
+        values, covariance = state.positions[i].copy(), blocks[i]
         if landmarks.is_wall[i]:
             values, covariance = _from_origin(values, covariance, landmarks.anchors[i])
         found.append(

@@ -9,7 +9,7 @@ from laserfeatures.data import Features
 from laserfeatures.slam.association import worth
 from laserfeatures.slam.kinds import CORNER, WALL, Kind
 
-LEAST_WORTH = 1.0
+LEAST_WORTH = 1.0  # that a pairing must be able to score
 TWICE = 2.0  # corners are where walls cross: with both, each thing is told twice
 
 

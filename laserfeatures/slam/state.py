@@ -11,7 +11,7 @@ from laserfeatures.scan import Pose2D
 
 POSE = 3  # numbers of a pose
 EACH = 2  # numbers of a landmark
-TILE = 32
+TILE = 32  # rows and columns that a processor's cache holds
 ROOM = 64  # numbers that there is room for at first
 
 
