@@ -55,8 +55,8 @@ def gate(degrees: int, probability: float) -> float:
 
     Examples
     --------
-    >>> round(gate(2, 0.95), 1)
-    6.0
+    >>> round(gate(10, 0.95), 1)  # 18.307 in tables
+    18.3
     """
     z = NormalDist().inv_cdf(probability)
     part = 2.0 / (9.0 * degrees)
