@@ -16,6 +16,9 @@ from laserfeatures.scan import LaserScan, Pose2D
 
 __all__ = ["Features", "LaserScan", "LineSegments", "Lines", "PointFeatures", "Pose2D"]
 
+# Stands for evidence that is left out, which becomes zeros: the field itself is never None.
+_UNTOLD = cast("FloatArray", None)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Lines(Record):
@@ -31,12 +34,16 @@ class Lines(Record):
         Number of the scan's points that lie on the line.
     covariance : (L, 2, 2) array
         Covariance of (theta, d) [rad^2, rad m, m^2].
+    evidence : (L,) array, optional
+        Log-likelihood ratio [nats] of the scan with the line against the scan explained without
+        it, >= 0; 0 where the detector tells none.
     """
 
     theta: FloatArray
     d: FloatArray
     support: FloatArray
     covariance: FloatArray
+    evidence: FloatArray = _UNTOLD
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -47,6 +54,7 @@ class Lines(Record):
             d=read_only(self.d, "d", n),
             support=read_only(self.support, "support", n),
             covariance=read_only(self.covariance, "covariance", (*n, 2, 2)),
+            evidence=_evidence(self.evidence, theta.size),
         )
         if theta.size and not (theta.min() >= 0 and theta.max() < math.pi):
             raise ValueError(f"theta must lie in [0, pi) rad, got {theta.tolist()}")
@@ -139,6 +147,9 @@ class PointFeatures(Record):
         Angle between the two lines, or edges, [rad], in (0, pi/2].
     real : (F,) bool array
         True for a real corner (surfaces were seen to reach it), False for a virtual one.
+    evidence : (F,) array, optional
+        Evidence [nats] of the weaker of the two lines (see `Lines`); 0 where the detector tells
+        none.
     """
 
     positions: FloatArray
@@ -146,6 +157,7 @@ class PointFeatures(Record):
     lines: IntArray
     angles: FloatArray
     real: BoolArray
+    evidence: FloatArray = _UNTOLD
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -157,6 +169,7 @@ class PointFeatures(Record):
             lines=read_only(self.lines, "lines", (n, 2), np.int64),
             angles=read_only(self.angles, "angles", (n,)),
             real=read_only(self.real, "real", (n,), np.bool_),
+            evidence=_evidence(self.evidence, n),
         )
 
     def __len__(self) -> int:
@@ -176,3 +189,11 @@ class Features(Record):
     def lines(self) -> Lines:
         """The lines that carry the segments."""
         return self.segments.lines
+
+
+def _evidence(value: FloatArray | None, count: int) -> FloatArray:
+    """Return checked evidence (count,), zeros where it was left out."""
+    evidence = read_only(np.zeros(count) if value is None else value, "evidence", (count,))
+    if not (evidence >= 0).all():
+        raise ValueError(f"evidence must be >= 0 and not nan, got {evidence.tolist()}")
+    return evidence

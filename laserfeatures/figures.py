@@ -28,6 +28,7 @@ RED = "#d62718"
 REMOVED = "0.62"
 DASHED = (0, (4, 3))
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))  # standard deviations of a 95 % ellipse
+ELLIPSES = "95 % ellipse"  # in the legend
 MARGIN = 0.15  # of the picture's size, around points and sensor
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
 
@@ -176,8 +177,7 @@ def draw_scan(
     draw_corners(axes, corners)
     draw_sensor(axes, ORIGIN, label="sensor")
     inside = ((corners.positions >= low) & (corners.positions <= high)).all(axis=1)
-    for k in np.flatnonzero(inside):
-        _draw_ellipse(axes, corners.positions[k], corners.covariance[k])
+    _draw_ellipses(axes, corners.positions[inside], corners.covariance[inside])
     outside = len(corners) - int(inside.sum())
     if outside:
         plural = "s" * (outside > 1)
@@ -283,14 +283,16 @@ def _draw_segments(axes: "Axes", endpoints: FloatArray) -> None:
     )
 
 
-def _draw_ellipse(axes: "Axes", position: FloatArray, covariance: FloatArray) -> None:
+def _draw_ellipses(axes: "Axes", positions: FloatArray, covariances: FloatArray) -> None:
     from matplotlib.patches import Ellipse  # noqa: PLC0415 - as in new_figure
 
-    if not np.isfinite(covariance).all():
-        return
-    variances, vectors = np.linalg.eigh(covariance)
-    width, height = 2 * ELLIPSE_SCALE * np.sqrt(np.maximum(variances, 0.0))
-    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
-    ellipse = Ellipse(tuple(position), width, height, angle=angle, fill=False, edgecolor=BLUE)
-    ellipse.set(linewidth=0.6, zorder=5)
-    axes.add_patch(ellipse)
+    known = np.isfinite(covariances).all(axis=(1, 2))
+    if known.any():  # a ring in the legend, where a patch would be a box
+        axes.plot([], [], "o", fillstyle="none", color=BLUE, markeredgewidth=0.6, label=ELLIPSES)
+    for position, covariance in zip(positions[known], covariances[known], strict=True):
+        variances, vectors = np.linalg.eigh(covariance)
+        width, height = 2 * ELLIPSE_SCALE * np.sqrt(np.maximum(variances, 0.0))
+        angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+        ellipse = Ellipse(tuple(position), width, height, angle=angle, fill=False, edgecolor=BLUE)
+        ellipse.set(linewidth=0.6, zorder=5)
+        axes.add_patch(ellipse)

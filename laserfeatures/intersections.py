@@ -7,7 +7,11 @@ import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.data import LineSegments, PointFeatures
-from laserfeatures.geometry import helper, kernel
+from laserfeatures.compiled import helper, kernel
+
+SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
+PROLONGED = 2.0  # times the range limit: walls go on beyond what is seen of them, but not for ever
+SHARE = 0.5  # of a segment's length: beside a grazing wall, the next beam meets it anywhere
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,16 +20,19 @@ class Intersections:
 
     Parameters
     ----------
-    max_distance : float
-        Corners farther from the sensor are dropped [m].
+    max_distance : float, optional
+        Corners farther from the sensor are dropped [m]; None: those beyond twice the range limit of
+        the scan.
     min_angle : float
         Lines that cross at less than this angle count as parallel [rad].
     max_sigma : float
         Corners whose standard deviation along the worst direction is larger are withheld [m]: far
         from the data, a short wall says nothing about where its line crosses another.
     reach : float
-        A corner is real where both lines have a segment that comes this near to it [m], plus twice
-        the way from one beam to the next along the wall there; virtual otherwise.
+        A corner is real where both lines have a segment that comes this near to it [m], virtual
+        otherwise. To that is added how far the wall may go on unseen: to where the next beam would
+        meet it, and two standard deviations of the corner along it, but at most half of the
+        segment's length.
 
     Raises
     ------
@@ -37,7 +44,7 @@ class Intersections:
     The paper, section II.D, where `max_distance` is 20 m and the other limits do not exist.
     """
 
-    max_distance: float = 20.0
+    max_distance: float | None = None
     min_angle: float = math.radians(15.0)
     max_sigma: float = 0.3
     reach: float = 0.05
@@ -45,37 +52,55 @@ class Intersections:
     def __post_init__(self) -> None:
         """Check the parameters."""
         for name in ("max_distance", "max_sigma"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} must be > 0 m, got {getattr(self, name)!r}")
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ValueError(f"{name} must be > 0 m, got {value!r}")
         if not 0 <= self.min_angle < math.pi / 2:
             raise ValueError(f"min_angle must be in [0, pi/2) rad, got {self.min_angle!r}")
         if not self.reach >= 0:
             raise ValueError(f"reach must be >= 0 m, got {self.reach!r}")
 
-    def __call__(self, segments: LineSegments) -> PointFeatures:
-        """Return the corners of the lines that carry `segments`."""
+    def __call__(self, segments: LineSegments, *, limit: float = math.inf) -> PointFeatures:
+        """Return the corners of the lines that carry `segments`.
+
+        Parameters
+        ----------
+        segments : LineSegments
+            The segments of one scan.
+        limit : float
+            Range limit of the scan [m], in place of a `max_distance` that was left out.
+
+        Raises
+        ------
+        ValueError
+            If the limit is not positive.
+        """
+        if not limit > 0:
+            raise ValueError(f"limit must be > 0 m, got {limit!r}")
         lines = segments.lines
         numbers, pairs, real = _cross(
             lines.theta,
             lines.d,
             lines.covariance,
+            lines.evidence,
             segments.line,
             segments.endpoints,
             segments.support,
-            self.max_distance,
+            float(PROLONGED * limit if self.max_distance is None else self.max_distance),
             max(math.sin(self.min_angle), 1e-9),
-            self.max_sigma,
-            self.reach,
+            float(self.max_sigma),  # an int would be compiled for anew
+            float(self.reach),
         )
         lock(numbers, pairs, real)
         count = real.size
-        most = numbers.size // 7
+        most = numbers.size // 8
         return PointFeatures.trusted(
             positions=numbers[: 2 * count].reshape(count, 2),
             covariance=numbers[2 * most : 2 * most + 4 * count].reshape(count, 2, 2),
             lines=pairs,
             angles=numbers[6 * most : 6 * most + count],
             real=real,
+            evidence=numbers[7 * most : 7 * most + count],
         )
 
 
@@ -84,6 +109,7 @@ def _cross(
     theta: FloatArray,
     d: FloatArray,
     covariance: FloatArray,
+    evidence: FloatArray,
     line: IntArray,
     endpoints: FloatArray,
     support: FloatArray,
@@ -94,12 +120,12 @@ def _cross(
 ) -> tuple[FloatArray, IntArray, BoolArray]:
     """Return the corners' numbers, pairs of lines, and reality.
 
-    The numbers are positions, covariances and angles in one array, with room for a corner of each
-    pair of lines: to hand an array to Python takes longer than to view a part of it there.
+    The numbers are positions, covariances, angles and evidence in one array, with room for a corner
+    of each pair of lines: to hand an array to Python takes longer than to view a part of it there.
     """
     lines = theta.size
     most = lines * (lines - 1) // 2
-    numbers = np.empty(7 * most)
+    numbers = np.empty(8 * most)
     spread = numbers[2 * most :]
     angles = numbers[6 * most :]
     pairs = np.empty((most, 2), np.int64)
@@ -135,9 +161,13 @@ def _cross(
             pairs[count, 0] = a
             pairs[count, 1] = b
             angles[count] = math.asin(min(abs(det), 1.0))
-            real[count] = _reaches(x, y, a, d[a], line, endpoints, support, reach) and _reaches(
-                x, y, b, d[b], line, endpoints, support, reach
-            )
+            numbers[7 * most + count] = min(evidence[a], evidence[b])
+            turned = (cos[a] * cos[b] + sin[a] * sin[b]) ** 2
+            along_a = math.sqrt(va * turned + vb)
+            along_b = math.sqrt(vb * turned + va)
+            real[count] = _reaches(
+                x, y, a, abs(d[a]), along_a, line, endpoints, support, reach
+            ) and _reaches(x, y, b, abs(d[b]), along_b, line, endpoints, support, reach)
             count += 1
     return numbers, pairs[:count], real[:count]
 
@@ -155,12 +185,17 @@ def _reaches(
     y: float,
     k: int,
     d: float,
+    sigma: float,
     line: IntArray,
     endpoints: FloatArray,
     support: FloatArray,
     reach: float,
 ) -> bool:
-    """Tell whether a segment of line k comes near to a point on the line."""
+    """Tell whether a segment of line k, `d` >= 0 away, comes near to a corner on the line.
+
+    `sigma` is the corner's standard deviation along the line.
+    """
+    doubt = SIGMAS * sigma if sigma < math.inf else 0.0  # inf and nan tell nothing
     for j in range(line.size):
         if line[j] != k:
             continue
@@ -171,11 +206,26 @@ def _reaches(
         # Is the point between the ends? Then the way to both points in opposite directions.
         if (x - ax) * (x - bx) + (y - ay) * (y - by) <= 0.0:
             return True
-        turn = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) / max(support[j] - 1.0, 1.0)
+        most = reach + SHARE * math.hypot(bx - ax, by - ay)
         for end in range(2):
             ex = endpoints[j, end, 0]
             ey = endpoints[j, end, 1]
-            step = (ex * ex + ey * ey) * turn / max(abs(d), 1e-6)
-            if math.hypot(x - ex, y - ey) <= reach + 2.0 * min(step, 0.25):
+            away = math.hypot(x - ex, y - ey)
+            if away > most:  # nearly always, and what follows takes longer
+                continue
+            seen = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+            along = (ex * (x - ex) + ey * (y - ey)) / away
+            beyond = _beyond(along, d, seen / max(support[j] - 1.0, 1.0))
+            if away <= reach + doubt + beyond:
                 return True
     return False
+
+
+@helper
+def _beyond(along: float, d: float, turn: float) -> float:
+    """Return how far beyond a point on a wall a beam meets it that is turned by `turn`.
+
+    The wall is `d` away, the point lies `along` from its foot, to the side that the beam turns to.
+    """
+    bearing = math.atan2(along, d) + turn  # from the foot
+    return d * math.tan(bearing) - along if bearing < 0.5 * math.pi else math.inf

@@ -75,4 +75,5 @@ class Pipeline:
                 f"got {type(detected).__name__}"
             )
         segments = self.segment_filter(detected)
-        return Features.trusted(scan=scan, segments=segments, corners=self.intersections(segments))
+        corners = self.intersections(segments, limit=scan.range_max)
+        return Features.trusted(scan=scan, segments=segments, corners=corners)

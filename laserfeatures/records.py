@@ -13,6 +13,7 @@ COLUMNS = (
     *("index", "stamp", "kind", "id"),
     *("theta", "d", "support", "line", "x1", "y1", "x2", "y2", "rms"),
     *("x", "y", "line_1", "line_2", "angle", "real", "cov_xx", "cov_xy", "cov_yy"),
+    "evidence",
 )
 """The columns of the table that `to_rows` gives; a row fills those of its kind."""
 
@@ -30,11 +31,12 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``{"index", "stamp", "lines": [{"theta", "d", "support"}], "segments": [{"line", "x1", "y1",
-        "x2", "y2", "support", "rms"}], "corners": [{"x", "y", "lines": [i, j], "angle", "real",
-        "cov": [[..], [..]]}]}``: metres, radians and seconds in the sensor's frame; "line" and
-        "lines" count in this record's lines; a corner that was found without lines has None there.
-        None stands for what is not finite, too, such as the stamp of a log without stamps.
+        ``{"index", "stamp", "lines": [{"theta", "d", "support", "evidence"}], "segments": [{"line",
+        "x1", "y1", "x2", "y2", "support", "rms"}], "corners": [{"x", "y", "lines": [i, j], "angle",
+        "real", "cov": [[..], [..]], "evidence"}]}``: metres, radians, seconds and nats in the
+        sensor's frame; "line" and "lines" count in this record's lines; a corner that was found
+        without lines has None there. None stands for what is not finite, too, such as the stamp of
+        a log without stamps.
     """
     lines, segments, corners = features.lines, features.segments, features.corners
     x1, y1, x2, y2 = segments.endpoints.reshape(-1, 4).T
@@ -42,7 +44,12 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
     return {
         "index": index,
         "stamp": features.scan.stamp if math.isfinite(features.scan.stamp) else None,
-        "lines": _dicts(theta=lines.theta, d=lines.d, support=_counts(lines.support)),
+        "lines": _dicts(
+            theta=lines.theta,
+            d=lines.d,
+            support=_counts(lines.support),
+            evidence=lines.evidence,
+        ),
         "segments": _dicts(
             line=segments.line,
             x1=x1,
@@ -59,6 +66,7 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
             angle=corners.angles,
             real=corners.real,
             cov=corners.covariance,
+            evidence=corners.evidence,
         ),
     }
 

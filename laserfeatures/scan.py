@@ -134,6 +134,24 @@ class LaserScan(Record):
         valid.flags.writeable = False
         return valid
 
+    @property
+    def closed(self) -> bool:
+        """Whether the beams go round: the next one after the last would be the first.
+
+        It would within half a step, or the last beam has the direction of the first again.
+        """
+        return self.ring > 0
+
+    @cached_property
+    def ring(self) -> int:
+        """How the beams go round: 0, they do not; 1, once; 2, the last repeats the first."""
+        steps = len(self) - 1
+        if steps < 2:
+            return 0
+        span = float(self.angles[-1] - self.angles[0])
+        left, step = 2 * math.pi - span, span / steps
+        return 0 if left > 1.5 * step else 1 if left > 0.5 * step else 2
+
     @cached_property
     def beams(self) -> IntArray:
         """Index of the beam of each point, (P,) int."""

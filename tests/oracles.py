@@ -21,7 +21,7 @@ def tour(count, scanner=WIDE):
     ]
 
 
-def corners_at(positions):
+def corners_at(positions, evidence=None, real=True):
     """Return corners that were found without lines."""
     positions = np.reshape(positions, (-1, 2))
     n = len(positions)
@@ -30,7 +30,8 @@ def corners_at(positions):
         covariance=np.tile(np.eye(2) * 1e-4, (n, 1, 1)),
         lines=np.full((n, 2), -1),
         angles=np.full(n, math.pi / 2),
-        real=np.ones(n, bool),
+        real=np.full(n, real),
+        evidence=evidence,
     )
 
 
@@ -42,13 +43,16 @@ def seen(scan, corners=ROOM):
     return positions, (angles >= scan.angles[0]) & (angles <= scan.angles[-1])
 
 
-def oracle(*, keep=lambda _scan, _k: True, shift=(0.0, 0.0)):
-    """Return a detector of the room's corners in view: those to keep, shifted."""
+def oracle(*, keep=lambda _scan, _k: True, shift=(0.0, 0.0), evidence=lambda _chosen: None):
+    """Return a detector of the room's corners in view: those to keep, shifted.
+
+    `evidence` tells that of the chosen ones, which are given by their numbers.
+    """
 
     def detect(scan):
         positions, in_view = seen(scan)
         chosen = [k for k in np.flatnonzero(in_view) if keep(scan, k)]
-        return corners_at(positions[chosen] + shift)
+        return corners_at(positions[chosen] + shift, evidence(chosen))
 
     return detect
 

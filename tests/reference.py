@@ -98,7 +98,9 @@ def reliable(segments, stage):
     stay = [
         j
         for j in range(len(segments))
-        if segments.support[j] >= stage.min_points and segments.rms[j] <= stage.max_error
+        if segments.support[j] >= stage.min_points
+        and segments.rms[j] <= stage.max_error
+        and segments.lines.evidence[segments.line[j]] >= stage.min_evidence
     ]
     for a in range(len(segments)):
         for b in range(a + 1, len(segments)):
@@ -131,8 +133,11 @@ def crossing_covariance(lines, covariance_a, covariance_b, step=1e-6):
     return jacobian @ spread @ jacobian.T
 
 
-def reaches(point, segments, k, reach):
-    """Tell whether one of line k's segments holds a point of the line, or ends near it."""
+def reaches(point, spread, segments, k, reach):
+    """Tell whether one of line k's segments holds a corner on the line, or ends near it."""
+    theta, d = segments.lines.theta[k], segments.lines.d[k]
+    way = np.array([-math.sin(theta), math.cos(theta)])
+    sigma = math.sqrt(way @ spread @ way)
     for j in np.flatnonzero(segments.line == k):
         a, b = segments.endpoints[j]
         if (point - a) @ (point - b) <= 0:
@@ -141,15 +146,21 @@ def reaches(point, segments, k, reach):
         turn = abs((bearings[1] - bearings[0] + math.pi) % (2 * math.pi) - math.pi)
         per_beam = turn / max(segments.support[j] - 1, 1)
         for end in (a, b):
-            spacing = (end @ end) * per_beam / max(abs(segments.lines.d[k]), 1e-6)
-            if np.linalg.norm(point - end) <= reach + 2 * min(spacing, 0.25):
+            outward = way if way @ (point - end) > 0 else -way
+            bearing = math.atan2(outward @ end, abs(d)) + per_beam  # of the next beam
+            unseen = math.inf
+            if bearing < math.pi / 2:
+                unseen = abs(d) * math.tan(bearing) - outward @ end
+            more = min(unseen + 2 * sigma, np.linalg.norm(b - a) / 2)
+            if np.linalg.norm(point - end) <= reach + more:
                 return True
     return False
 
 
 def corners(segments, stage):
-    """Twin of `Intersections`: a list of (position, covariance, pair of lines, angle, real)."""
+    """Twin of `Intersections`: a list of (position, covariance, lines, angle, real, evidence)."""
     lines = segments.lines
+    far = math.inf if stage.max_distance is None else stage.max_distance
     found = []
     for a in range(len(lines)):
         for b in range(a + 1, len(lines)):
@@ -160,12 +171,13 @@ def corners(segments, stage):
             both = np.array([lines.theta[a], lines.d[a], lines.theta[b], lines.d[b]])
             point = crossing(both)
             spread = crossing_covariance(both, lines.covariance[a], lines.covariance[b])
-            if np.hypot(*point) > stage.max_distance:
+            if np.hypot(*point) > far:
                 continue
             if np.linalg.eigvalsh(spread)[1] > stage.max_sigma**2:
                 continue
-            real = all(reaches(point, segments, k, stage.reach) for k in (a, b))
-            found.append((point, spread, (a, b), angle, real))
+            real = all(reaches(point, spread, segments, k, stage.reach) for k in (a, b))
+            evidence = min(lines.evidence[a], lines.evidence[b])
+            found.append((point, spread, (a, b), angle, real, evidence))
     return found
 
 

@@ -120,7 +120,7 @@ def random_room(rng):
             return World.outline(room, pillar), Pose2D(*at, rng.uniform(-math.pi, math.pi))
 
 
-def segments_of(theta, d, pieces, *, covariance=None):
+def segments_of(theta, d, pieces, *, covariance=None, evidence=None):
     """Return LineSegments made by hand; a piece is (line, low, high, beams, rms) along its line."""
     beams = 1 + max((max(p[3], default=0) for p in pieces), default=0)
     points = np.zeros((len(pieces), beams), bool)
@@ -131,7 +131,7 @@ def segments_of(theta, d, pieces, *, covariance=None):
         covariance = np.tile(np.diag([1e-6, 1e-6]), (len(theta), 1, 1))
     support = [sum(len(p[3]) for p in pieces if p[0] == k) for k in range(len(theta))]
     return LineSegments(
-        lines=Lines(theta=theta, d=d, support=support, covariance=covariance),
+        lines=Lines(theta=theta, d=d, support=support, covariance=covariance, evidence=evidence),
         line=[p[0] for p in pieces],
         endpoints=np.array(ends).reshape(-1, 2, 2),
         support=points.sum(axis=1),

@@ -192,7 +192,7 @@ def test_markdown_lies_beside_its_pictures(log, tmp_path):
     assert rows(result.stdout)[0]
     page = (tmp_path / "my report.md").read_text(encoding="utf-8")
     linked = re.findall(r"!\[[^\]]+\]\(<([^>]+)>\)", page)
-    assert len(linked) == 3
+    assert len(linked) == 4
     assert names(tmp_path) == sorted(["hallway.log", "my report.md", *linked])
     assert all((tmp_path / name).read_bytes().startswith(PNG) for name in linked)
     assert "Scan 3 in the sensor's frame" in page
@@ -204,7 +204,7 @@ def test_a_page_is_one_file(log, tmp_path):
     result = run("compare", log, *BOTH, "-o", tmp_path / "report.HTML")
     assert result.exit_code == 0, result.stderr
     assert names(tmp_path) == ["hallway.log", "report.HTML"]
-    assert (tmp_path / "report.HTML").read_text(encoding="utf-8").count("data:image/png") == 3
+    assert (tmp_path / "report.HTML").read_text(encoding="utf-8").count("data:image/png") == 4
 
 
 @pytest.mark.parametrize("blocked", ["report-speed.png", "report-scan-2-direct_hough.png"])
@@ -294,4 +294,4 @@ def test_a_recording_from_end_to_end(tmp_path, ending):
     page = (tmp_path / f"aces.{ending}").read_text(encoding="utf-8")
     assert "corrected by a SLAM program" in page
     assert "detector=PaperHough(" in page
-    assert len(names(tmp_path)) == (4 if ending == "md" else 1)
+    assert len(names(tmp_path)) == (5 if ending == "md" else 1)

@@ -1,6 +1,8 @@
 import csv
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from cli_runs import carmen_log, fails, run
 
@@ -50,6 +52,28 @@ def test_parameters_reach_detector_and_stages(log):
     assert records(run("extract", log).stdout) != expected
 
 
+def test_min_evidence_chooses_the_surer_lines(log, monkeypatch):
+    detector = lf.get_extractor("direct_hough").detector
+
+    def telling(scan):
+        found = detector(scan)
+        evidence = 10.0 * np.arange(len(found.lines))
+        return replace(found, lines=replace(found.lines, evidence=evidence))
+
+    monkeypatch.setitem(registry._registered, "telling", lambda: telling)
+    every = records(run("extract", log, "-e", "telling").stdout)
+    asked = ("-e", "telling", "-p", "segment_filter.min_evidence=15")
+    sure = records(run("extract", log, *asked).stdout)
+    for before, after in zip(every, sure, strict=True):
+        assert after["lines"] == [line for line in before["lines"] if line["evidence"] >= 15]
+        weakest = [min(after["lines"][k]["evidence"] for k in c["lines"]) for c in after["corners"]]
+        assert [corner["evidence"] for corner in after["corners"]] == weakest
+    assert any(record["corners"] for record in sure)
+    assert sum(len(r["lines"]) for r in sure) < sum(len(r["lines"]) for r in every)
+    message = fails("extract", log, "-p", "segment_filter.min_evidence=-1")
+    assert "min_evidence must be >= 0, got -1.0" in message
+
+
 def test_range_max_drops_farther_returns(log):
     near = records(run("extract", log, "--range-max", "300cm").stdout)
     with lf.open_source(log, range_max=3.0) as scans:
@@ -76,6 +100,7 @@ def test_the_ending_csv_makes_one_tidy_table(log, tmp_path):
     first = whole[int(corner["index"])]["corners"][0]
     assert float(corner["x"]) == first["x"]
     assert float(corner["cov_xy"]) == first["cov"][0][1]
+    assert float(corner["evidence"]) == first["evidence"]
     assert not corner["theta"]
 
 

@@ -10,6 +10,7 @@ from oracles import corners_at, extractor, oracle, tour
 import laserfeatures as lf
 from laserfeatures import LaserScan, Pose2D
 from laserfeatures.comparison import Failure, Run, compare, growth
+from laserfeatures.comparison.evidence import by_evidence
 from laserfeatures.comparison.matching import agreement, repeatability
 from laserfeatures.comparison.tables import cells, result_table
 
@@ -129,6 +130,67 @@ def test_a_beam_without_a_return_shows_nothing(no_return):
     scans = [scan_from(Pose2D(0, 0, 0)), scan_from(Pose2D(0, 0, 0), no_return)]
     again = repeatability(scans, [corners_at([3.0, 0.0]).positions] * 2, 0.2)
     assert (again.in_view.found, again.in_sight.judged) == (1, 0)
+
+
+def judged_at(share):
+    """Return two scans with a corner at each metre ahead, of which the nearest are found again.
+
+    The farther, the weaker; every second is virtual.
+    """
+    scans = [scan_from(Pose2D(0, 0, 0)), scan_from(Pose2D(0, 0, 0))]
+    places = np.stack([np.arange(1.0, 21.0), np.zeros(20)], axis=1)
+    corners = replace(corners_at(places, np.arange(20.0, 0.0, -1.0)), real=[True, False] * 10)
+    again = corners_at(places[: round(20 * share)], np.full(round(20 * share), 20.0))
+    return scans, [corners, again]
+
+
+def test_corners_of_more_evidence_are_fewer_and_judged_alone():
+    scans, corners = judged_at(0.5)
+    curves = by_evidence(scans, corners, 0.2)
+    assert list(curves) == ["real", "virtual"]
+    virtual = curves["virtual"]
+    assert virtual.thresholds.tolist() == [1, 5, 11, 15, 19]
+    assert virtual.judged.tolist() == [10, 8, 5, 3, 1]
+    assert virtual.found.tolist() == [5, 5, 5, 3, 1]
+    assert virtual.corners.tolist() == [5, 4, 2.5, 1.5, 0.5]
+    np.testing.assert_allclose(virtual.shares, [0.5, 5 / 8, 1, 1, 1])
+    real = curves["real"]
+    assert real.judged[0] == 10
+    assert real.corners[0] == (10 + 10) / 2  # of both scans
+
+
+def test_a_corner_is_found_again_whatever_its_evidence_is_then():
+    scans, (corners, again) = judged_at(1.0)
+    weak = replace(again, evidence=np.zeros(20))
+    curve = by_evidence(scans, [corners, weak], 0.2)["virtual"]
+    assert curve.found.tolist() == curve.judged.tolist() == [10, 8, 5, 3, 1]
+
+
+def test_the_curve_of_all_corners_is_what_repeatability_counts():
+    scans = tour(20)
+    comparison = compare({"ours": lf.get_extractor("direct_hough")}, scans)
+    curves, again = comparison.evidence["ours"].values(), comparison.repeatability["ours"].in_view
+    assert sum(curve.judged[0] for curve in curves) == again.judged
+    assert sum(curve.found[0] for curve in curves) == again.found
+
+
+@pytest.mark.parametrize("evidence", [0.0, math.inf])
+def test_corners_of_one_evidence_are_one_point(evidence):
+    scans, (corners, _) = judged_at(1.0)
+    alike = replace(corners, evidence=np.full(20, evidence))
+    curve = by_evidence(scans, [alike, alike], 0.2)["real"]
+    assert curve.thresholds.tolist() == [evidence] * 5
+    assert curve.shares.tolist() == [1.0] * 5
+    assert curve.corners.tolist() == [10.0] * 5
+
+
+def test_where_no_corner_is_there_is_no_curve():
+    scans = [scan_from(Pose2D(0, 0, 0))] * 2
+    nothing = corners_at(np.empty((0, 2)))
+    curve = by_evidence(scans, [nothing, nothing], 0.2)["real"]
+    assert np.isnan(curve.thresholds).all()
+    assert np.isnan(curve.shares).all()
+    assert not curve.corners.any()
 
 
 def test_without_poses_nothing_is_judged():

@@ -66,13 +66,13 @@ def test_the_page_is_whole_and_refers_to_nothing_outside(document):
     assert not re.search(r"https?:|url\(|@import", html)
     assert 'name="viewport"' in html
     assert "prefers-color-scheme: dark" in html
-    assert len(page.images) == 3
+    assert len(page.images) == 4
     for image in page.images:
         kind, data = image["src"].split(",")
         assert kind == "data:image/png;base64"
         assert base64.b64decode(data, validate=True).startswith(PNG)
         assert len(image["alt"]) > 20
-    assert page.tags.count("table") == 4
+    assert page.tags.count("table") == 5
 
 
 def test_the_report_says_what_was_run_and_on_what(document, extractors):
@@ -89,7 +89,7 @@ def test_the_report_says_what_was_run_and_on_what(document, extractors):
 def test_the_tables_of_both_hold_the_same_cells(document):
     page = Page(to_html(document)).text
     tables = [block for block in document.blocks if isinstance(block, Table)]
-    assert len(tables) == 4
+    assert len(tables) == 5
     lines = to_markdown(document, lambda p: p.name).splitlines()
     for table in tables:
         for row in [table.header, *table.rows]:
@@ -111,8 +111,11 @@ def test_another_scan_can_be_drawn(extractors, monkeypatch):
     scans = tour(3)
     comparison = compare(extractors, scans)
     document = report(comparison, extractors, scans, source={"source": "x"}, start=5, shown=7)
-    assert [picture.alt[:7] for picture in document.pictures] == ["Median ", "Scan 7 ", "Scan 7 "]
-    assert document.pictures[1].caption == "stamp: 0 lines, 2 corners"
+    assert [picture.alt.split()[0] for picture in document.pictures] == [
+        *("Share", "Median", "Scan", "Scan")
+    ]
+    assert document.pictures[2].alt.startswith("Scan 7 ")
+    assert document.pictures[2].caption == "stamp: 0 lines, 2 corners"
     with pytest.raises(IndexError, match="no scan 8 to draw, only 5 to 7"):
         report(comparison, extractors, scans, source={"source": "x"}, start=5, shown=8)
 
@@ -126,6 +129,7 @@ def test_one_that_failed_has_its_row_and_no_picture(extractors, monkeypatch):
     scans = tour(3)
     document = report(compare(extractors, scans), extractors, scans, source={"source": "x"})
     assert [picture.name for picture in document.pictures] == [
+        "evidence",
         "speed",
         "scan-1-direct_hough",
         "scan-2-points",
@@ -138,12 +142,37 @@ def test_one_that_failed_has_its_row_and_no_picture(extractors, monkeypatch):
     assert row.endswith(r"the sample \<is\> larger \| than the scan |")
 
 
+def test_corners_by_evidence_have_a_curve_each_and_a_row_for_each_kind(extractors):
+    telling = oracle(evidence=lambda chosen: np.array(chosen, float))  # of each, its number
+    told = {
+        "direct_hough": extractors["direct_hough"],
+        "told": lf.Pipeline(name="told", detector=telling),
+    }
+    scans = tour(9)
+    comparison = compare(told, scans)
+    document = report(comparison, told, scans, source={"source": "x"})
+    table = next(b for b in document.blocks if isinstance(b, Table) and b.header[1] == "corners")
+    assert table.header == [
+        *("extractor", "corners", "all", "best 75 %", "best 50 %", "best 25 %", "best 10 %")
+    ]
+    untold, no_virtual = table.rows[0], table.rows[3]
+    assert untold[:2] == ["direct_hough", "real"]
+    assert untold[2].endswith("≥ 0")
+    assert untold[3:] == ["-"] * 4
+    assert table.rows[2][2].startswith("1.00 of ")
+    assert any(cell.endswith("≥ 3") for cell in table.rows[2])
+    assert no_virtual == ["told", "virtual", *["-"] * 5]
+    texts = [block.text for block in document.blocks if isinstance(block, Paragraph)]
+    assert any("From right to left" in text and "min_evidence" in text for text in texts)
+
+
 def test_without_poses_the_report_says_so(extractors):
     scans = [lf.LaserScan(angles=s.angles, ranges=s.ranges, range_max=20.0) for s in tour(3)]
     ours = {"direct_hough": extractors["direct_hough"]}
     document = report(compare(ours, scans), ours, scans, source={"source": "x"})
     texts = [block.text for block in document.blocks if isinstance(block, Paragraph)]
     assert any("No two scans in a row have poses" in text for text in texts)
+    assert "evidence" not in [picture.name for picture in document.pictures]
 
 
 def test_markdown_keeps_signs_as_they_are():

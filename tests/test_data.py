@@ -14,6 +14,7 @@ LINES = {
     "d": [1.0, -2.0],
     "support": [5, 6],
     "covariance": np.zeros((2, 2, 2)),
+    "evidence": [0.0, math.inf],
 }
 SEGMENTS = {
     "lines": Lines(**LINES),
@@ -29,6 +30,7 @@ CORNERS = {
     "lines": [(0, 1)],
     "angles": [1.0],
     "real": [True],
+    "evidence": [7.5],
 }
 KINDS = [(Lines, LINES), (LineSegments, SEGMENTS), (PointFeatures, CORNERS)]
 
@@ -83,6 +85,21 @@ def test_fields_must_be_as_many():
 def test_theta_lies_below_pi(theta):
     with pytest.raises(ValueError, match=r"theta must lie in \[0, pi\) rad, got \[0\.0, "):
         Lines(**{**LINES, "theta": [0.0, theta]})
+
+
+@pytest.mark.parametrize(("kind", "fields"), [KINDS[0], KINDS[2]])
+def test_evidence_that_is_left_out_is_zeros(kind, fields):
+    record = kind(**{name: value for name, value in fields.items() if name != "evidence"})
+    assert record.evidence.tolist() == [0.0] * len(record)
+    assert not record.evidence.flags.writeable
+
+
+@pytest.mark.parametrize("evidence", [-0.1, math.nan, -math.inf])
+@pytest.mark.parametrize(("kind", "fields"), [KINDS[0], KINDS[2]])
+def test_evidence_is_not_negative(kind, fields, evidence):
+    given = [*fields["evidence"][1:], evidence]
+    with pytest.raises(ValueError, match=rf"evidence must be >= 0 and not nan, got \[.*{evidence}"):
+        kind(**{**fields, "evidence": given})
 
 
 @pytest.mark.parametrize("line", [-1, 2])

@@ -116,6 +116,7 @@ def test_the_legend_names_each_thing_once():
     (legend,) = drawn(features(), removed=np.array([[1.0, 0.5], [1.1, 0.5]])).legends
     labels = [text.get_text() for text in legend.get_texts()]
     assert sorted(labels) == [
+        "95 % ellipse",
         "kept lines",
         "measured points",
         "real corners",

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,22 +22,29 @@ def random_segments(rng):
         low = rng.uniform(-4, 4)
         pieces.append((int(k), low, low + rng.uniform(0, 5), range(rng.integers(1, 9)), 0.01))
     d = rng.uniform(0.3, 4, lines) * rng.choice([-1, 1], lines)
-    return segments_of(theta, d, pieces, covariance=root @ root.swapaxes(1, 2))
+    covariance = root @ root.swapaxes(1, 2)
+    return segments_of(theta, d, pieces, covariance=covariance, evidence=rng.exponential(9, lines))
 
 
-@given(seeds, st.sampled_from([0.0, 0.3, 1.0]), st.sampled_from([0.1, math.inf]))
-def test_corners_are_those_of_the_twin(rng, min_angle, max_sigma):
+@given(
+    seeds,
+    st.sampled_from([0.0, 0.3, 1.0]),
+    st.sampled_from([0.1, math.inf]),
+    st.sampled_from([None, 5.0]),
+)
+def test_corners_are_those_of_the_twin(rng, min_angle, max_sigma, max_distance):
     segments = random_segments(rng)
-    stage = Intersections(min_angle=min_angle, max_sigma=max_sigma)
+    stage = Intersections(min_angle=min_angle, max_sigma=max_sigma, max_distance=max_distance)
     found = stage(segments)
     expected = reference.corners(segments, stage)
     assert [tuple(pair) for pair in found.lines.tolist()] == [e[2] for e in expected]
-    for i, (position, spread, _, angle, real) in enumerate(expected):
+    for i, (position, spread, _, angle, real, evidence) in enumerate(expected):
         np.testing.assert_allclose(found.positions[i], position, atol=1e-9)
         scale = np.abs(spread).max()
         np.testing.assert_allclose(found.covariance[i], spread, rtol=1e-4, atol=1e-4 * scale)
         assert found.angles[i] == pytest.approx(angle, abs=1e-7)
         assert found.real[i] == real
+        assert found.evidence[i] == evidence
 
 
 def right_angle(first=(-1.0, 1.0), second=(-1.0, 1.0), spread=1e-6):
@@ -72,7 +80,7 @@ def test_a_corner_is_real_where_both_lines_have_a_segment_that_reaches_it(first,
 
 
 def test_a_wall_of_few_beams_reaches_as_far_as_its_beams_are_apart():
-    # Three beams on a metre of wall: the next might have hit the wall half a metre on.
+    # Three beams on a metre of wall: the next would hit the wall 0.57 m on.
     walls = segments_of(
         [0.0, math.pi / 2], [2.0, 1.0], [(0, -0.5, 0.5, range(3), 0.01), (1, -2.5, -2, range(9), 0)]
     )
@@ -80,10 +88,103 @@ def test_a_wall_of_few_beams_reaches_as_far_as_its_beams_are_apart():
     assert Intersections()(walls).real.tolist() == [True]
 
 
+def corridor(length=14.3, beams=87):
+    """Return a wall 1 m aside, seen up to `length` by so many beams, and one across at 18 m."""
+    pieces = [(0, -length, 0.0, range(beams), 0.01), (1, -0.94, 0.94, range(beams, beams + 7), 0)]
+    return segments_of([math.pi / 2, 0.0], [1.0, 18.0], pieces)
+
+
+def test_the_corner_at_the_end_of_a_corridor_is_real_as_no_beam_passes_before_it():
+    # The last beam on the wall aside meets it at 14.3 m, the next would at 19.1 m.
+    assert Intersections()(corridor()).real.tolist() == [True]
+
+
+@pytest.mark.parametrize(
+    ("walls", "why"),
+    [
+        (corridor(12.0, 86), "the next beam would have met the wall at 15.2 m"),
+        (corridor(14.3, 174), "with a beam each half a degree the next would have at 16.3 m"),
+    ],
+)
+def test_a_wall_that_a_beam_would_have_met_ends_before_the_corner(walls, why):
+    assert Intersections()(walls).real.tolist() == [False], why
+
+
+def test_a_grazing_wall_goes_on_for_at_most_half_of_what_was_seen_of_it():
+    # Two beams meet it at 8 m and 10 m, a decimetre aside; the next would at 13.3 m.
+    for at, real in ((10.9, True), (11.1, False)):
+        pieces = [(0, -10.0, -8.0, range(2), 0.01), (1, -1.0, 1.0, range(2, 20), 0.01)]
+        walls = segments_of([math.pi / 2, 0.0], [0.1, at], pieces)
+        assert Intersections(reach=0.0)(walls).real.tolist() == [real]
+
+
+@pytest.mark.parametrize(("sigma", "real"), [(0.0, False), (0.09, False), (0.11, True)])
+def test_two_standard_deviations_of_a_corner_along_a_wall_make_it_reach(sigma, real):
+    # The wall y = 1 ends 0.2 m before x = 2, whose distance is unsure; its beams are close.
+    pieces = [(0, 0.0, 2.0, range(20), 0.01), (1, -1.8, 0.2, range(20, 2020), 0.01)]
+    covariance = np.zeros((2, 2, 2))
+    covariance[0, 1, 1] = sigma**2
+    walls = segments_of([0.0, math.pi / 2], [2.0, 1.0], pieces, covariance=covariance)
+    assert Intersections(reach=0.0)(walls).real.tolist() == [real]
+
+
+@pytest.mark.parametrize("unknown", [math.nan, math.inf])
+def test_a_covariance_that_tells_nothing_makes_no_corner_real(unknown):
+    for first, real in (((-1.0, 0.0), True), ((-1.0, -0.4), False)):
+        walls = right_angle(first, (-1.0, 0.0), spread=unknown)
+        corners = Intersections(max_sigma=math.inf)(walls)
+        assert corners.real.tolist() == [real]
+
+
+@given(seeds, st.sampled_from([0.1, 10.0]))
+def test_what_is_scaled_with_all_limits_has_the_same_corners_scaled(rng, factor):
+    segments = random_segments(rng)
+    stage = Intersections(max_distance=5.0, max_sigma=0.5)
+    scaled = Intersections(max_distance=5 * factor, max_sigma=0.5 * factor, reach=0.05 * factor)
+    corners, others = stage(segments), scaled(times(segments, factor))
+    assert others.lines.tolist() == corners.lines.tolist()
+    assert others.real.tolist() == corners.real.tolist()
+    np.testing.assert_allclose(others.positions, factor * corners.positions, atol=1e-9)
+    spread = factor**2 * corners.covariance
+    np.testing.assert_allclose(others.covariance, spread, atol=1e-9 * factor**2)
+
+
+def times(segments, factor):
+    """Return segments with all lengths times a factor."""
+    lines = segments.lines
+    unit = np.array([1.0, factor])  # theta stays
+    lines = replace(lines, d=factor * lines.d, covariance=lines.covariance * np.outer(unit, unit))
+    return replace(
+        segments, lines=lines, endpoints=factor * segments.endpoints, rms=factor * segments.rms
+    )
+
+
 def test_corners_beyond_max_distance_are_dropped():
     distance = math.hypot(2, 1)
     assert len(Intersections(max_distance=distance + 0.01)(right_angle())) == 1
     assert len(Intersections(max_distance=distance - 0.01)(right_angle())) == 0
+
+
+def test_without_max_distance_the_limit_of_the_scan_counts_if_it_is_given():
+    distance = math.hypot(2, 1)
+    assert len(Intersections()(right_angle())) == 1
+    assert len(Intersections()(right_angle(), limit=distance + 0.01)) == 1
+    assert len(Intersections()(right_angle(), limit=distance - 0.01)) == 0
+    assert len(Intersections(max_distance=3.0)(right_angle(), limit=0.1)) == 1
+    assert len(Intersections(max_distance=math.inf)(right_angle(), limit=0.1)) == 1
+
+
+@pytest.mark.parametrize("limit", [0.0, math.nan])
+def test_a_limit_that_is_none_is_refused(limit):
+    with pytest.raises(ValueError, match=f"limit must be > 0 m, got {limit}"):
+        Intersections()(right_angle(), limit=limit)
+
+
+def test_a_corner_is_as_evident_as_the_weaker_of_its_lines():
+    walls = right_angle()
+    evident = replace(walls, lines=replace(walls.lines, evidence=[9.0, 4.0]))
+    assert Intersections()(evident).evidence.tolist() == [4.0]
+    assert Intersections()(walls).evidence.tolist() == [0.0]
 
 
 @pytest.mark.parametrize(("turn", "corners"), [(14.9, 0), (15.1, 1), (164.9, 1), (165.1, 0)])

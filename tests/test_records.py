@@ -10,7 +10,10 @@ from laserfeatures.records import COLUMNS, to_record, to_rows
 
 
 def corner(stamp=12.5, rms=0.002):
-    lines = Lines(theta=[0.0, 1.5], d=[2.0, -1.0], support=[5, 4], covariance=[[[0.0] * 2] * 2] * 2)
+    lines = Lines(
+        theta=[0.0, 1.5], d=[2.0, -1.0], support=[5, 4], covariance=[[[0.0] * 2] * 2] * 2,
+        evidence=[30.5, 7.25],
+    )  # fmt: skip
     segments = LineSegments(
         lines=lines,
         line=[1, 0],
@@ -25,6 +28,7 @@ def corner(stamp=12.5, rms=0.002):
         lines=[[0, 1]],
         angles=[1.5],
         real=[True],
+        evidence=[7.25],
     )
     scan = LaserScan(angles=[0.0], ranges=[2.0], stamp=stamp)
     return Features(scan=scan, segments=segments, corners=corners)
@@ -61,8 +65,8 @@ def test_a_record_holds_everything_in_full():
         "index": 3,
         "stamp": 12.5,
         "lines": [
-            {"theta": 0.0, "d": 2.0, "support": 5},
-            {"theta": 1.5, "d": -1.0, "support": 4},
+            {"theta": 0.0, "d": 2.0, "support": 5, "evidence": 30.5},
+            {"theta": 1.5, "d": -1.0, "support": 4, "evidence": 7.25},
         ],
         "segments": [
             {"line": 1, "x1": 1.0, "y1": 2.0, "x2": 3.0, "y2": 4.0, "support": 4, "rms": 0.002},
@@ -76,6 +80,7 @@ def test_a_record_holds_everything_in_full():
                 "angle": 1.5,
                 "real": True,
                 "cov": [[1e-4, 2e-5], [2e-5, 3e-4]],
+                "evidence": 7.25,
             }
         ],
     }
@@ -85,7 +90,7 @@ def test_a_record_survives_json():
     record = to_record(corner(), 3)
     text = json.dumps(record, allow_nan=False)
     assert json.loads(text) == record
-    assert '"support": 5}' in text
+    assert '"support": 5, ' in text
 
 
 def test_what_is_not_finite_is_null():
@@ -116,6 +121,7 @@ def test_rows_fill_the_columns_of_their_kind():
     assert set().union(*rows) == set(COLUMNS)
     assert rows[-1]["line_1"] == 0
     assert rows[-1]["line_2"] == 1
+    assert [row.get("evidence") for row in rows] == [30.5, 7.25, None, None, 7.25]
     assert [rows[-1][f"cov_{key}"] for key in ("xx", "xy", "yy")] == [
         pytest.approx(value) for value in (1e-4, 2e-5, 3e-4)
     ]

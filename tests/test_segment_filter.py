@@ -31,13 +31,13 @@ def random_segments(rng):
                 rng.uniform(0, 0.2),
             )
         )
-    return segments_of(theta, d, pieces)
+    return segments_of(theta, d, pieces, evidence=rng.exponential(9, lines))
 
 
-@given(seeds)
-def test_filter_keeps_what_its_twin_keeps(rng):
+@given(seeds, st.sampled_from([0.0, 5.0]))
+def test_filter_keeps_what_its_twin_keeps(rng, min_evidence):
     segments = random_segments(rng)
-    stage = SegmentFilter(copy_distance=0.1)
+    stage = SegmentFilter(copy_distance=0.1, min_evidence=min_evidence)
     stay = reference.reliable(segments, stage)
     kept = stage(segments)
     used = sorted(set(segments.line[stay].tolist()))
@@ -49,6 +49,7 @@ def test_filter_keeps_what_its_twin_keeps(rng):
     np.testing.assert_array_equal(kept.lines.d, segments.lines.d[used])
     np.testing.assert_array_equal(kept.lines.support, segments.lines.support[used])
     np.testing.assert_array_equal(kept.lines.covariance, segments.lines.covariance[used])
+    np.testing.assert_array_equal(kept.lines.evidence, segments.lines.evidence[used])
     np.testing.assert_array_equal(
         kept.lines.theta[kept.line], segments.lines.theta[segments.line[stay]]
     )
@@ -110,6 +111,24 @@ def test_min_points_and_max_error_are_met_by_equality():
     assert len(SegmentFilter(max_error=0.149)(segments)) == 0
 
 
+def test_a_line_of_less_than_min_evidence_goes_with_all_its_segments():
+    pieces = [(0, 0.0, 1.0, range(9), 0.01), (0, 3.0, 4.0, range(9, 18), 0.01)]
+    pieces.append((1, 0.0, 1.0, range(18, 27), 0.01))
+    segments = segments_of([1.0, 2.0], [2.0, 3.0], pieces, evidence=[5.0, 6.0])
+    assert SegmentFilter(min_evidence=5.0)(segments) is segments
+    kept = SegmentFilter(min_evidence=5.5)(segments)
+    assert kept.lines.evidence.tolist() == [6.0]
+    assert kept.line.tolist() == [0]
+    assert len(SegmentFilter(min_evidence=math.inf)(segments)) == 0
+
+
+def test_a_line_that_goes_for_its_evidence_takes_no_copy_with_it():
+    walls = two_walls(beams=(range(9), range(10, 18)))
+    doubtful = replace(walls, lines=replace(walls.lines, evidence=[1.0, 2.0]))
+    assert SegmentFilter()(doubtful).lines.d.tolist() == [2.0]
+    assert SegmentFilter(min_evidence=2)(doubtful).lines.d.tolist() == [2.05]
+
+
 def test_lines_without_segments_go():
     segments = segments_of([0.5, 1.0, 2.0], [1.0, 2.0, 3.0], [(2, 0.0, 1.0, range(9), 0.01)])
     kept = SegmentFilter()(segments)
@@ -126,6 +145,8 @@ def test_lines_without_segments_go():
         ({"min_angle": -0.1}, r"min_angle must be in \[0, pi/2\] rad, got -0\.1"),
         ({"min_angle": 1.6}, r"min_angle must be in \[0, pi/2\] rad, got 1\.6"),
         ({"copy_distance": -1.0}, r"copy_distance must be >= 0 m, got -1\.0"),
+        ({"min_evidence": -1.0}, r"min_evidence must be >= 0, got -1\.0"),
+        ({"min_evidence": math.nan}, "min_evidence must be >= 0, got nan"),
     ],
 )
 def test_wrong_parameters_are_named_with_their_limits(parameters, message):

@@ -68,9 +68,9 @@ def compare(
     finds, how many of a scan's corners the next scan shows again, if the log has poses, and how
     many the other extractors find too. One that raises has that in its row; the others finish.
 
-    A report has besides how the time grows with the beams, one scan as each sees it, and all that
-    is needed to run it again. Beside a report.md lie its pictures, report-*.png; a report.html
-    holds them.
+    A report has besides how many corners are found again the more evidence they must have, how the
+    time grows with the beams, one scan as each sees it, and all that is needed to run it again.
+    Beside a report.md lie its pictures, report-*.png; a report.html holds them.
 
     \b
     Examples:

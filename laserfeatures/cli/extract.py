@@ -51,17 +51,21 @@ def extract(
 
     \b
     {"index": 0, "stamp": 12.5,
-     "lines": [{"theta": .., "d": .., "support": ..}],
+     "lines": [{"theta": .., "d": .., "support": .., "evidence": ..}],
      "segments": [{"line": .., "x1": .., "y1": .., "x2": .., "y2": .., "support": .., "rms": ..}],
-     "corners": [{"x": .., "y": .., "lines": [i, j], "angle": .., "real": .., "cov": [[..], [..]]}]}
+     "corners": [{"x": .., "y": .., "lines": [i, j], "angle": .., "real": .., "cov": [[..], [..]],
+                  "evidence": ..}]}
 
-    A corner is real where both of its lines have a segment that reaches it. A file is complete or
-    absent: it takes its name when all scans are done.
+    A corner is real where both of its lines have a segment that reaches it. The evidence of a line
+    says by how much the scan is likelier with it [nats], a corner's is that of its weaker line; 0
+    where the extractor tells none. A file is complete or absent: it takes its name when all scans
+    are done.
 
     \b
     Examples:
       laserfeatures extract run.log.gz -o features.jsonl
       laserfeatures extract run.bag --topic /scan -p theta_step=1deg -o features.csv
+      laserfeatures extract run.log.gz -p segment_filter.min_evidence=20 -o sure.jsonl
       laserfeatures extract run.log.gz --start 100 --count 5 | jq '.corners | length'
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     pipeline = extractors.make(extractor, params)

@@ -32,8 +32,8 @@ def plot(
 
     Points are black, lines that the filter removed grey and dashed, kept lines blue, thick where
     points support them. Corners are squares: filled where real (both lines have a segment that
-    reaches them), hollow where virtual. The sensor is a red triangle. Axes are in metres in the
-    sensor's frame.
+    reaches them), hollow where virtual, with their 95 % ellipse. The sensor is a red triangle.
+    Axes are in metres in the sensor's frame.
     """
     try:
         ending = figures.picture_format(output)

@@ -17,12 +17,14 @@ True
 """
 
 from laserfeatures.comparison.comparing import Comparison, compare
+from laserfeatures.comparison.evidence import Curve
 from laserfeatures.comparison.growth import Growth, growth
 from laserfeatures.comparison.matching import Repeatability, Share
 from laserfeatures.comparison.turns import Extractor, Failure, Run
 
 __all__ = [
     "Comparison",
+    "Curve",
     "Extractor",
     "Failure",
     "Growth",

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from laserfeatures.arrays import FloatArray
+from laserfeatures.comparison.evidence import Curve, by_evidence
 from laserfeatures.comparison.matching import Repeatability, agreement, repeatability
 from laserfeatures.comparison.turns import Extractor, Failure, Run, run_in_turns
 from laserfeatures.data import LaserScan
@@ -21,6 +22,8 @@ class Comparison:
         What each extractor found, or why it did not, by name.
     repeatability : mapping of str to Repeatability
         How many corners of each are found again in the next scan; none judged without poses.
+    evidence : mapping of str to mapping of str to Curve
+        How many of its "real" and "virtual" corners are, by least evidence.
     agreement : (R, R) array
         Row a, column b: share of the corners of run a that run b has too; nan where a has none.
     tolerance : float
@@ -29,6 +32,7 @@ class Comparison:
 
     outcomes: Mapping[str, Run | Failure]
     repeatability: Mapping[str, Repeatability]
+    evidence: Mapping[str, Mapping[str, Curve]]
     agreement: FloatArray
     tolerance: float
 
@@ -88,6 +92,7 @@ def compare(
         repeatability={
             name: repeatability(kept, run.positions, tolerance) for name, run in runs.items()
         },
+        evidence={name: by_evidence(kept, run.corners, tolerance) for name, run in runs.items()},
         agreement=agreement([run.positions for run in runs.values()], tolerance),
         tolerance=tolerance,
     )

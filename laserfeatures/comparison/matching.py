@@ -1,7 +1,7 @@
 """Corners told to be the same: again in the next scan, and by another extractor."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -74,16 +74,43 @@ def repeatability(
     2000: the share found in both views of what lies in both.
     """
     pairs, in_view, in_sight = 0, Share(), Share()
-    for (scan, corners), (after, others) in pairwise(zip(scans, positions, strict=True)):
-        if scan.pose is None or after.pose is None:
-            continue
+    for i, after, every, inside in moved_on(scans, positions):
         pairs += 1
-        moved = _into(after.pose, scan.pose.transform(corners))
-        moved = moved[_inside_view(after, moved)]
-        found = near(moved, others, tolerance)
+        moved = every[inside]
+        found = near(moved, positions[i + 1], tolerance)
         in_view = in_view.plus(found)
         in_sight = in_sight.plus(found[_unhidden(after, moved, tolerance)])
     return Repeatability(pairs=pairs, in_view=in_view, in_sight=in_sight)
+
+
+def moved_on(
+    scans: Sequence[LaserScan], positions: Sequence[FloatArray]
+) -> Iterator[tuple[int, LaserScan, FloatArray, BoolArray]]:
+    """Move the corners of each scan into the next one, where both have a pose.
+
+    Parameters
+    ----------
+    scans : sequence of LaserScan
+        The scans in order.
+    positions : sequence of (F, 2) arrays
+        The corners found in each, in the sensor's frame [m].
+
+    Yields
+    ------
+    tuple
+        Number of the scan, the next scan, the corners in its sensor's frame (F, 2) [m], and which
+        of them lie in its field of view and range (F,).
+
+    Raises
+    ------
+    ValueError
+        If there are not as many scans as arrays.
+    """
+    numbered = zip(range(len(scans)), scans, positions, strict=True)
+    for (i, scan, corners), (_, after, _) in pairwise(numbered):
+        if scan.pose is not None and after.pose is not None:
+            moved = _into(after.pose, scan.pose.transform(corners))
+            yield i, after, moved, _inside_view(after, moved)
 
 
 def agreement(found: Sequence[Sequence[FloatArray]], tolerance: float) -> FloatArray:

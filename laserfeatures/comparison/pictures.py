@@ -1,4 +1,4 @@
-"""The pictures of a comparison: time over beams, and one scan as each extractor sees it."""
+"""The pictures of a comparison: corners by evidence, time over beams, one scan seen by each."""
 
 import io
 import re
@@ -10,6 +10,7 @@ import numpy as np
 from laserfeatures import figures
 from laserfeatures.arrays import FloatArray
 from laserfeatures.comparison.document import Picture
+from laserfeatures.comparison.evidence import KINDS, Curve
 from laserfeatures.comparison.growth import Growth
 from laserfeatures.data import LaserScan
 
@@ -22,6 +23,29 @@ MARKERS = "osD^vP*X"  # so that the curves can be told without colours
 SHOWN = 0.9  # of the returns lie inside the picture of a scan, along x and along y
 NARROWEST = 0.6  # of a picture's sides
 MARGIN = 0.1  # around it, of the longer side
+LONG = 26  # characters of a name, of which two do not fit abreast
+
+
+def evidence_picture(found: Mapping[str, Mapping[str, Curve]]) -> Picture:
+    """Return the share of corners found again over corners a scan, real and virtual ones apart.
+
+    Raises
+    ------
+    MissingDependencyError
+        If matplotlib is not installed.
+    """
+    figure = figures.new_figure(8.4, 4.2)
+    for axes, kind in zip(figure.subplots(1, 2, sharey=True), KINDS, strict=True):
+        for number, (name, curves) in enumerate(found.items()):
+            curve = curves[kind]
+            axes.plot(curve.corners, curve.shares, _style(number), color=_color(number), label=name)
+        axes.set(xlabel=f"{kind} corners a scan", ylim=(-0.02, 1.02))
+        axes.set_xlim(left=0.0)
+        axes.grid(visible=True, alpha=0.3)
+    figure.axes[0].set_ylabel("share found again")
+    figures.draw_legend(figure, columns=2 if max(map(len, found)) > LONG else 3)
+    alt = "Share of the real and of the virtual corners found again, over corners a scan"
+    return Picture("evidence", "Corners found again, by least evidence", alt, _png(figure))
 
 
 def growth_picture(found: Growth) -> Picture:
@@ -37,16 +61,14 @@ def growth_picture(found: Growth) -> Picture:
 
     axes = figure.add_subplot()
     for number, (name, seconds) in enumerate(found.seconds.items()):
-        style = f"{MARKERS[number % len(MARKERS)]}-"
-        axes.loglog(found.beams, 1e6 * seconds, style, color=f"C{number % 10}", label=name)
+        axes.loglog(found.beams, 1e6 * seconds, _style(number), color=_color(number), label=name)
     axes.set_xticks(found.beams, [f"{count:g}" for count in found.beams])
     axes.minorticks_off()
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # labels within a decade too
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set(xlabel="beams", ylabel="median time [µs]")
     axes.grid(visible=True, alpha=0.3)
-    long = max(map(len, found.seconds)) > 26  # characters, of which two do not fit abreast
-    figures.draw_legend(figure, columns=1 if long else 2)
+    figures.draw_legend(figure, columns=1 if max(map(len, found.seconds)) > LONG else 2)
     alt = f"Median time over {found.beams[0]:g} to {found.beams[-1]:g} beams, log-log"
     return Picture("speed", "Median time over the number of beams", alt, _png(figure))
 
@@ -84,6 +106,14 @@ def scan_pictures(
         file = f"scan-{position}-{re.sub(r'[^A-Za-z0-9]+', '_', name)}"
         pictures.append(Picture(file, f"{name}: {counts}", alt, _png(figure)))
     return pictures
+
+
+def _style(number: int) -> str:
+    return f"{MARKERS[number % len(MARKERS)]}-"
+
+
+def _color(number: int) -> str:
+    return f"C{number % 10}"
 
 
 def _middle(scan: LaserScan) -> FloatArray:

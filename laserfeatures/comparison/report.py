@@ -15,9 +15,10 @@ from laserfeatures.comparison.document import (
 )
 from laserfeatures.comparison.growth import SAMPLE, growth
 from laserfeatures.comparison.machine import machine
-from laserfeatures.comparison.pictures import growth_picture, scan_pictures
+from laserfeatures.comparison.pictures import evidence_picture, growth_picture, scan_pictures
 from laserfeatures.comparison.tables import (
     agreement_table,
+    evidence_table,
     facts_table,
     growth_table,
     result_table,
@@ -44,6 +45,15 @@ beam of the next scan passes within {tolerance:g} m of it and measures at least 
 {tolerance:g} m. The error of the poses counts against all extractors alike."""
 
 NO_POSES = """No two scans in a row have poses, so it is not known which corners are found again."""
+
+EVIDENT = """From right to left, each point of a curve counts only corners of more evidence, much as
+segment_filter.min_evidence at the number after the sign ≥ leaves them: where a curve climbs,
+evidence tells corners that last from those that do not, of two curves the higher is the better one
+at as many corners a scan, and an extractor that tells no evidence is a single point."""
+
+EVIDENT_CELLS = """In the table: share found again, of whatever evidence, of the corners in the next
+scan's view; of so many corners a scan, with at least so much evidence [nats]. A dash: the same
+corners as in the column before, or none at all."""
 
 AGREED = """Share of the corners of the row's extractor that the column's has within
 {tolerance:g} m in the same scan, over all scans. It tells who goes with whom, not who is right."""
@@ -116,6 +126,12 @@ def _measured(comparison: Comparison) -> Iterator[Block]:
     yield Paragraph(_flat(TIMED))
     repeated = REPEATED if comparison.posed else NO_POSES
     yield Paragraph(_flat(COUNTED + repeated.format(tolerance=tolerance)))
+    if comparison.posed:
+        yield Heading("Corners found again by evidence")
+        yield Gallery([evidence_picture(comparison.evidence)])
+        yield Paragraph(_flat(EVIDENT))
+        yield evidence_table(comparison)
+        yield Paragraph(_flat(EVIDENT_CELLS))
     yield Heading("Agreement")
     yield agreement_table(comparison)
     yield Paragraph(_flat(AGREED.format(tolerance=tolerance)))

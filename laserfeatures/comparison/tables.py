@@ -7,6 +7,7 @@ import numpy as np
 
 from laserfeatures.comparison.comparing import Comparison
 from laserfeatures.comparison.document import Table
+from laserfeatures.comparison.evidence import KEPT, Curve
 from laserfeatures.comparison.growth import Growth
 from laserfeatures.comparison.matching import Repeatability, Share
 from laserfeatures.comparison.turns import Run
@@ -68,6 +69,17 @@ def agreement_table(comparison: Comparison) -> Table:
     return Table(["of the corners of", *names], [[name, *row] for name, row in rows])
 
 
+def evidence_table(comparison: Comparison) -> Table:
+    """Return one row for the real and one for the virtual corners of each extractor."""
+    header = ["extractor", "corners", "all", *(f"best {100 * kept:g} %" for kept in KEPT[1:])]
+    rows = [
+        [name, kind, *_points(curve)]
+        for name, curves in comparison.evidence.items()
+        for kind, curve in curves.items()
+    ]
+    return Table(header, rows, frozenset({0, 1}))
+
+
 def growth_table(found: Growth) -> Table:
     """Return the median time of each extractor over the number of beams."""
     header = ["beams", *(f"{count:g}" for count in found.beams)]
@@ -90,6 +102,17 @@ def micros(seconds: float) -> str:
 def share(value: float) -> str:
     """Return a share between 0 and 1."""
     return NONE if math.isnan(value) else f"{value:.2f}"
+
+
+def _points(curve: Curve) -> list[str]:
+    """Return the points of a curve; a dash where one is that before it, or there is none."""
+    texts, before = [], math.nan
+    columns = (curve.shares, curve.corners, curve.thresholds)
+    for found, corners, least in zip(*columns, strict=True):
+        same = math.isnan(least) or least == before
+        texts.append(NONE if same else f"{share(found)} of {corners:.2f}, ≥ {least:.3g}")
+        before = least
+    return texts
 
 
 def _of(found: Share) -> str:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry.compiled import helper, kernel
+from laserfeatures.compiled import helper, kernel
 
 DENSITY = 5.0  # of corners [1/m^2], of walls [1/(rad m)]; what serves best on logs
 MOST_NODES = 20_000  # of the search; where landmarks stand this close, the best so far is taken

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry.compiled import helper, kernel
+from laserfeatures.compiled import helper, kernel
 from laserfeatures.scan import Pose2D
 
 CELL = 0.05  # [m]

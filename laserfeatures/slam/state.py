@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry.compiled import kernel
+from laserfeatures.compiled import kernel
 from laserfeatures.scan import Pose2D
 
 POSE = 3  # numbers of a pose

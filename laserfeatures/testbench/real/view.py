@@ -58,6 +58,7 @@ def judged(features: Features, view: View) -> Features:
             lines=corners.lines[keep],
             angles=corners.angles[keep],
             real=corners.real[keep],
+            evidence=corners.evidence[keep],
         ),
     )
 

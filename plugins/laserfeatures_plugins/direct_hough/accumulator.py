@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan
-from laserfeatures.geometry import kernel
+from laserfeatures.engine import kernel
 
 MAX_CELLS = 1 << 26
 

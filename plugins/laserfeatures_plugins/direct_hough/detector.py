@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from laserfeatures.data import LaserScan, LineSegments
-from laserfeatures.geometry.settle import check_gap, check_walls, line_segments
+from laserfeatures.arrays import FloatArray
+from laserfeatures.data import LaserScan
+from laserfeatures.engine import WallDetector
 from laserfeatures_plugins.direct_hough.accumulator import (
     Accumulator,
     accumulate,
@@ -17,18 +18,17 @@ from laserfeatures_plugins.direct_hough.accumulator import (
     theta_rows,
 )
 from laserfeatures_plugins.direct_hough.paper import PaperHough
-from laserfeatures_plugins.direct_hough.search import extract
+from laserfeatures_plugins.direct_hough.search import propose
 from laserfeatures_plugins.direct_hough.voting import ROW
 
 
 @dataclass(frozen=True, kw_only=True)
-class DirectHough:
-    """Find walls by a Hough transform on the points of a scan, refitted to the noise bound.
+class DirectHough(WallDetector):
+    """Find walls by a Hough transform on the points of a scan.
 
-    Neighbouring points vote together for the lines through both. The peaks are taken one by one:
-    the wall is grown along the scan and refitted until it settles; its points do not vote again, so
-    that the short walls that it hid come forward. Round objects are set aside, pieces of one wall
-    are merged, and the points at corners go to the nearest wall.
+    Neighbouring points vote together for the lines through both. From each peak a line is grown
+    along the scan and refitted; its points do not vote again, so that the walls that it hid come
+    forward. The scan is then explained by these lines and what they leave (see `WallDetector`).
 
     Parameters
     ----------
@@ -36,21 +36,8 @@ class DirectHough:
         Angular resolution of the accumulator [rad].
     distance_step : float
         Distance resolution of the accumulator [m].
-    range_sigma : float or None
-        Standard deviation of a range [m], from which the inlier bound and all covariances follow.
-        None: estimated from each scan.
-    min_points : int
-        Points that a wall has at least.
-    max_missed : int
-        Successive beams that may miss a wall without a gap in it.
-    max_gap : float
-        Way along a wall that beams may miss it without a gap in it [m].
     pair_distance : float
-        Distance of the points that vote together at first [m]; later they may be nearer.
-    object_gap : float
-        Successive returns farther apart than this are on different objects [m].
-    max_pole_radius : float
-        Objects that look like part of a circle up to this radius are no walls [m]; 0 keeps them.
+        Distance of the points that vote together [m].
 
     Raises
     ------
@@ -72,47 +59,34 @@ class DirectHough:
 
     theta_step: float = math.radians(1.0)
     distance_step: float = 0.02
-    range_sigma: float | None = None
-    min_points: int = 4
-    max_missed: int = 3
-    max_gap: float = 0.25
     pair_distance: float = 0.15
-    object_gap: float = 0.15
-    max_pole_radius: float = 0.4
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        super().__post_init__()
         check_steps(self.theta_step, self.distance_step)
-        check_walls(self)
         if not 0 < self.pair_distance < math.inf:
             raise ValueError(f"pair_distance must be > 0 m, got {self.pair_distance!r}")
 
-    def __call__(self, scan: LaserScan) -> LineSegments:
-        """Return the walls of `scan` and the segments seen of each."""
-        check_gap(scan, self.max_gap)
-        limits = (scan.range_min, scan.range_max)
-        return line_segments(extract(scan.directions, scan.ranges, limits, *self._arguments))
+    def propose(self, table: FloatArray) -> FloatArray:
+        """Return the lines grown from the peaks of the votes."""
+        return propose(table, *self._accumulator, float(self.pair_distance), int(self.max_missed))
 
     def accumulator(self, scan: LaserScan) -> Accumulator:
         """Return the plain d-theta plane of `scan`, one vote per point and theta."""
         return accumulate(scan, self.theta_step, self.distance_step)
 
     @cached_property
-    def _arguments(self) -> tuple[Any, ...]:
-        """The kernel's arguments that are the same for all scans, the accumulator among them.
+    def _accumulator(self) -> tuple[Any, ...]:
+        """What is the same for all scans.
 
-        The kernel holds the interpreter lock, so threads may share the accumulator.
+        The kernel holds the interpreter lock, so threads may share it.
         """
         theta = theta_rows(self.theta_step)
         return (
             np.cos(theta),
             np.sin(theta),
-            self.distance_step,
+            float(self.distance_step),
             np.zeros((theta.size, ROW), np.int32),
             np.zeros(1, np.int64),
-            self.range_sigma or 0.0,
-            self.pair_distance,
-            self.object_gap,
-            self.max_pole_radius,
-            (self.min_points, self.max_missed, self.max_gap),
         )

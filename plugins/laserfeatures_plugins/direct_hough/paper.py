@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from laserfeatures.arrays import IntArray
 from laserfeatures.data import LaserScan, Lines, LineSegments
-from laserfeatures.geometry import cut_segments, kernel
+from laserfeatures.engine import kernel
+from laserfeatures.engine.segments import cut_segments
 from laserfeatures_plugins.direct_hough.accumulator import Accumulator, accumulate, check_steps
 
 
@@ -53,7 +54,7 @@ class PaperHough:
 
     stages: ClassVar[Mapping[str, Mapping[str, float]]] = {
         "segment_filter": {"max_error": 0.02},
-        "intersections": {"min_angle": 0.0, "max_sigma": math.inf},
+        "intersections": {"min_angle": 0.0, "max_sigma": math.inf, "max_distance": 20.0},
     }
 
     theta_step: float = math.radians(1.0)
@@ -100,7 +101,7 @@ class PaperHough:
         covariance[:, 1, 1] = self.distance_step**2 / 12
         on_line, member = np.nonzero(members)
         line, endpoints, support, rms, points = cut_segments(
-            x, y, scan.beams, len(scan), theta, d, on_line, member, 0, 0.0, math.inf
+            x, y, scan.beams, len(scan), len(scan), theta, d, on_line, member, 0, 0.0, math.inf
         )
         lines = Lines(theta=theta, d=d, support=members.sum(axis=1), covariance=covariance)
         return LineSegments(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry import helper
+from laserfeatures.engine import helper
 
 THINNING = 0.5  # of a chord: points closer than that have the same to say
 FLANK = 3  # rows of theta beside a peak that only repeat it

@@ -5,13 +5,13 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import helper, inlined, kernel
-from laserfeatures.geometry.growth import find_wall, gate_of
-from laserfeatures.geometry.noise import MIN_SIGMA
-from laserfeatures.geometry.settle import Found, free_points, settle
-from laserfeatures.geometry.walls import FREE, Cut, keep_wall
+from laserfeatures.engine import helper, kernel
+from laserfeatures.engine.candidates import add, grow
+from laserfeatures.engine.partition import COLUMNS
+from laserfeatures.engine.sequence import as_sequence
 
-ENOUGH = 15  # degrees of freedom from which the walls tell it better
+LEAST = 4  # points of a wall
+SIGMAS = 3.0  # standard deviations of the noise within which a point is an inlier
 FAILURES = 8  # lines in a row that are no walls, after which there are none left
 MODULUS = 2**31 - 1  # of the random numbers: Park and Miller (1988), "minimal standard"
 MULTIPLIER = 48271
@@ -21,74 +21,47 @@ Line = tuple[float, float, float]  # cosine and sine of theta, d
 
 
 @kernel
-def extract(
-    directions: FloatArray,
-    ranges: FloatArray,
-    limits: tuple[float, float],
-    sigma: float,
-    sampling: Sampling,
-    jump: float,
-    radius: float,
-    cut: Cut,
-) -> Found:
-    """Return what `line_segments` takes; `sigma` 0 stands for unknown."""
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
-    gate = gate_of(noise)
-    walls, noise = search(x, y, beam, owner, noise, sigma > 0.0, sampling, cut)
-    return settle(x, y, beam, ranges.size, owner, walls, noise, gate, False, cut)
-
-
-@inlined
-def search(
-    x: FloatArray,
-    y: FloatArray,
-    beam: IntArray,
-    owner: IntArray,
-    sigma: float,
-    known: bool,
-    sampling: Sampling,
-    cut: Cut,
-) -> tuple[FloatArray, float]:
-    """Find walls one after another; fill `owner`. Returns them and the noise they show.
+def propose(table: FloatArray, sampling: Sampling, max_missed: int) -> FloatArray:
+    """Return the lines found one after another, (COLUMNS, K).
 
     A line that is no wall costs its first point the right to be drawn again.
     """
-    walls = np.empty((x.size // cut[0] + 1, 6))
-    pool = np.empty(x.size, np.int64)
-    members = np.empty(x.size, np.int64)
-    drawn_in_vain = np.zeros(x.size, np.bool_)
+    points = as_sequence(table)
+    n = points.x.size
+    lines = np.empty((COLUMNS, n // LEAST + 1))
+    taken = np.zeros(n, np.bool_)
+    drawn_in_vain = np.zeros(n, np.bool_)
+    pool = np.empty(n, np.int64)
+    beam = np.empty(n, np.int64)
+    noise = 0.0
+    for i in range(n):
+        beam[i] = int(points.beam[i])
+        noise += points.variance[i]
+    gate = SIGMAS * math.sqrt(noise / max(n, 1))
     random = 1 + sampling[3] % (MODULUS - 1)
-    most_noise = 2.0 * sigma
-    squares = freedom = 0.0
     count = failures = 0
-    while failures < FAILURES:
+    while failures < FAILURES and count < lines.shape[1]:
         free = 0
-        for i in range(x.size):
-            if owner[i] == FREE and not drawn_in_vain[i]:
+        for i in range(n):
+            if not taken[i] and not drawn_in_vain[i]:
                 pool[free] = i
                 free += 1
-        if free < cut[0]:
+        if free < LEAST:
             break
-        seed, theta, inliers, random = best_line(
-            x, y, beam, pool[:free], gate_of(sigma), sampling, random
+        seed, line, inliers, random = best_line(
+            points.x, points.y, beam, pool[:free], gate, sampling, random
         )
-        if inliers < cut[0]:
+        if inliers < LEAST:
             break
-        n, fit, variance = find_wall(x, y, beam, owner, seed, theta, 0.0, sigma, cut, members)
-        if n == 0:
-            drawn_in_vain[seed] = True
+        wall = grow(points, taken, seed, line[0], line[1], line[2], gate, max_missed)
+        if wall.saved > 0.0:
+            add(points, taken, wall, lines, count)
+            count += 1
+            failures = 0
+        else:
             failures += 1
-            continue
-        failures = 0
-        for i in members[:n]:
-            owner[i] = count
-        keep_wall(walls[count], fit, n)
-        count += 1
-        squares += variance * (n - 2)
-        freedom += n - 2
-        if freedom >= ENOUGH and not known:
-            sigma = min(max(math.sqrt(squares / freedom), MIN_SIGMA), most_noise)
-    return walls[:count], sigma
+        drawn_in_vain[seed] = True
+    return lines[:, :count].copy()
 
 
 @helper
@@ -100,8 +73,8 @@ def best_line(
     gate: float,
     sampling: Sampling,
     random: int,
-) -> tuple[int, float, int, int]:
-    """Return a point of the best line through two, its theta, its inliers and the random state.
+) -> tuple[int, Line, int, int]:
+    """Return a point of the best line through two, that line, its inliers and the random state.
 
     Lines are scored by MSAC (Torr and Zisserman 2000): the sum of squared distances, none counted
     for more than the gate's. Samples are drawn until a good one has come with the confidence asked.
@@ -133,7 +106,7 @@ def best_line(
                 break
             if good > 0.0:
                 trials = min(trials, math.ceil(log_doubt / math.log(1.0 - good)))
-    return seed, math.atan2(best[1], best[0]), inliers, random
+    return seed, best, inliers, random
 
 
 @helper

@@ -11,8 +11,9 @@ import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray
 from laserfeatures.data import LaserScan, PointFeatures
+from laserfeatures.engine.explain import prepare
 from laserfeatures_plugins.raster.drawing import Blur, Image, Picture, draw
-from laserfeatures_plugins.raster.outline import Returns, outline
+from laserfeatures_plugins.raster.outline import Outline, outline
 from laserfeatures_plugins.raster.shape import WINDOW, distinct, structure, turns
 from laserfeatures_plugins.raster.size import check_image
 from laserfeatures_plugins.raster.uncertainty import covariances, edge_angles
@@ -78,9 +79,6 @@ class KanadeTomasi:
         each scan.
     max_missed : int
         Successive beams that may miss a surface without a gap in it.
-    object_gap : float
-        Successive returns farther apart than this are on different objects [m], when round ones
-        are looked for.
     max_pole_radius : float
         Objects that look like part of a circle up to this radius are not drawn [m]; 0 draws them.
 
@@ -116,12 +114,11 @@ class KanadeTomasi:
     max_range: float = 20.0
     range_sigma: float | None = None
     max_missed: int = 3
-    object_gap: float = 0.15
     max_pole_radius: float = 0.4
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_image(self.resolution, self.max_range, self.min_incidence, self.object_gap)
+        check_image(self.resolution, self.max_range, self.min_incidence)
         self._blur.check()
         if not self.blur:
             raise ValueError(f"blur must be in [0.5, 20] pixels, got {self.blur!r}")
@@ -139,21 +136,22 @@ class KanadeTomasi:
 
     def __call__(self, scan: LaserScan) -> PointFeatures:
         """Return the corners of `scan`."""
-        returns, chains = outline(
-            scan,
-            range_sigma=self.range_sigma,
-            object_gap=self.object_gap,
+        sigma = -1.0 if self.range_sigma is None else float(self.range_sigma)
+        limits = (scan.range_min, scan.range_max)
+        table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, 0.0, 0.0)
+        lines = outline(
+            table,
             max_pole_radius=self.max_pole_radius,
             max_range=self.max_range,
             min_incidence=self.min_incidence,
             max_missed=self.max_missed,
         )
         pictures = [
-            draw(returns, chains, self.resolution * 2**scale, self._blur, margin=MARGIN)
+            draw(lines, self.resolution * 2**scale, self._blur, margin=MARGIN)
             for scale in range(self.scales)
         ]
         found = [
-            self._found(fine, coarse, returns)
+            self._found(fine, coarse, lines)
             for fine, coarse in pairwise(pictures)
             if fine is not None and coarse is not None
         ]
@@ -168,7 +166,7 @@ class KanadeTomasi:
             real=np.ones(len(positions), np.bool_),
         )
 
-    def _found(self, fine: Picture, coarse: Picture, returns: Returns) -> Corners:
+    def _found(self, fine: Picture, coarse: Picture, lines: Outline) -> Corners:
         """Return the corners of a picture that are in the coarser one too, strongest first."""
         u, v = self._answers(fine.image)
         x = fine.x + fine.resolution * u
@@ -182,11 +180,11 @@ class KanadeTomasi:
         x, y, turn = x[keep], y[keep], turn[keep]
         tensor = structure(fine.image, u[keep], v[keep])
         window = WINDOW * fine.resolution
-        points = (np.hypot(returns[0] - x[:, None], returns[1] - y[:, None]) < window).sum(axis=1)
+        points = (np.hypot(lines.x - x[:, None], lines.y - y[:, None]) < window).sum(axis=1)
         return Corners(
             x,
             y,
-            covariances(tensor, points, window, fine.resolution, returns[4]),
+            covariances(tensor, points, window, fine.resolution, lines.noise),
             np.where(turn < 0, edge_angles(tensor), np.minimum(turn, math.pi - turn)),
             np.full(x.size, SAME * fine.resolution),
         )

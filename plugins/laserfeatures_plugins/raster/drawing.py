@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import kernel
-from laserfeatures_plugins.raster.outline import Chains, Returns
+from laserfeatures.engine import kernel
+from laserfeatures_plugins.raster.outline import Outline
 from laserfeatures_plugins.raster.size import MAX_PIXELS, check_size
 
 FRACTION = 4  # bits of a pixel's coordinates behind the point, as OpenCV's drawing takes them
@@ -58,7 +58,7 @@ class Blur(NamedTuple):
 
 
 def draw(
-    returns: Returns, chains: Chains, resolution: float, blur: Blur, *, margin: int = 0
+    lines: Outline, resolution: float, blur: Blur, *, margin: int = 0
 ) -> Picture | None:
     """Return a picture of some chains of returns, or None if there are none.
 
@@ -78,19 +78,18 @@ def draw(
     ValueError
         If it would have more than `MAX_PIXELS` pixels.
     """
-    x, y = returns[:2]
-    left, low, width, height, pixels = place(x, y, chains[0], resolution, margin)
+    x, y, points, ends, _ = lines
+    left, low, width, height, pixels = place(x, y, points, resolution, margin)
     check_size(width, height, resolution)
     if len(pixels) == 0:
         return None
     if blur.growth:
-        sigma = blur.width + blur.growth * np.hypot(x[chains[0]], y[chains[0]]) / resolution
-        image = _blurred_by_range(pixels, chains[1], sigma, blur.width, (int(height), int(width)))
+        sigma = blur.width + blur.growth * np.hypot(x[points], y[points]) / resolution
+        image = _blurred_by_range(pixels, ends, sigma, blur.width, (int(height), int(width)))
     else:
         image = _blank(int(height), int(width))
-        cuts = chains[1].tolist()
-        lines = [pixels[a:b] for a, b in pairwise(cuts)]
-        cv2.polylines(image, lines, False, INK, 1, cv2.LINE_8, FRACTION)
+        chains = [pixels[a:b] for a, b in pairwise(ends.tolist())]
+        cv2.polylines(image, chains, False, INK, 1, cv2.LINE_8, FRACTION)
         if blur.width:
             image = np.asarray(cv2.GaussianBlur(image, (0, 0), blur.width), np.uint8)
     return Picture(image, left, low, resolution)

@@ -9,24 +9,25 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan, LineSegments
-from laserfeatures.geometry.settle import check_gap, check_walls, line_segments
+from laserfeatures.engine import WallDetector
+from laserfeatures.engine.detector import check_gap
+from laserfeatures.engine.segments import line_segments
 from laserfeatures_plugins.raster.drawing import Blur, Picture, draw
-from laserfeatures_plugins.raster.outline import outline
+from laserfeatures_plugins.raster.outline import Outline, outline
 from laserfeatures_plugins.raster.size import check_image
-from laserfeatures_plugins.raster.walls import Lines, bins_on, walls_on
+from laserfeatures_plugins.raster.walls import Lines, bins_on, propose
 
 MAX_CELLS = 1 << 28  # of OpenCV's accumulator: 1 GB
 WEIGHTED = (4, 11)  # version of OpenCV since which pixels vote as much as they are bright
 
 
 @dataclass(frozen=True, kw_only=True)
-class RasterHough:
+class RasterHough(WallDetector):
     """Draw the scan into an image, run OpenCV's Hough transform on it, refit the lines it finds.
 
     The returns of each surface are joined by lines one pixel wide. What OpenCV finds is taken
-    strongest first: the wall is grown along the scan from the points near the line and refitted
-    until it settles; its points support no line after it, so that the repeats go. Round objects
-    are not drawn, pieces of one wall are merged, the points at corners go to the nearest wall.
+    strongest first: a wall is grown along the scan from the points near the line and refitted; its points support no line after it, so that the repeats go. Round objects are not drawn. The
+    scan is then explained by these lines and what they leave (see `WallDetector`).
 
     Parameters
     ----------
@@ -48,20 +49,6 @@ class RasterHough:
         Returns are not joined where a surface between them would be met at less than this [rad].
     max_range : float
         What is farther away is not drawn [m]; but it belongs to walls that come from nearer.
-    range_sigma : float or None
-        Standard deviation of a range [m], from which the inlier bound and all covariances follow.
-        None: estimated from each scan.
-    min_points : int
-        Points that a wall has at least.
-    max_missed : int
-        Successive beams that may miss a wall without a gap in it.
-    max_gap : float
-        Way along a wall that beams may miss it without a gap in it [m].
-    object_gap : float
-        Successive returns farther apart than this are on different objects [m], when round ones
-        are looked for.
-    max_pole_radius : float
-        Objects that look like part of a circle up to this radius are no walls [m]; 0 keeps them.
 
     Raises
     ------
@@ -84,17 +71,11 @@ class RasterHough:
     blur_growth: float = 0.0
     min_incidence: float = math.radians(5.0)
     max_range: float = 30.0
-    range_sigma: float | None = None
-    min_points: int = 4
-    max_missed: int = 3
-    max_gap: float = 0.25
-    object_gap: float = 0.15
-    max_pole_radius: float = 0.4
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        check_walls(self)
-        check_image(self.resolution, self.max_range, self.min_incidence, self.object_gap)
+        super().__post_init__()
+        check_image(self.resolution, self.max_range, self.min_incidence)
         if not 1e-3 <= self.theta_step <= math.pi / 8:
             raise ValueError(f"theta_step must be in [0.001, pi/8] rad, got {self.theta_step!r}")
         if not self.min_votes >= 1:
@@ -106,23 +87,29 @@ class RasterHough:
 
     def __call__(self, scan: LaserScan) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
+        if self.refit:
+            return super().__call__(scan)
         check_gap(scan, self.max_gap)
-        returns, chains = outline(
-            scan,
-            range_sigma=self.range_sigma,
-            object_gap=self.object_gap,
+        table = self.prepared(scan)
+        drawn = self._outline(table)
+        lines = self._lines(draw(drawn, self.resolution, self._blur))
+        found = bins_on(table, len(scan), lines, self.resolution, drawn.noise, self._limits)
+        return line_segments(found)
+
+    def propose(self, table: FloatArray) -> FloatArray:
+        """Return walls grown from the points near the lines that OpenCV finds."""
+        drawn = self._outline(table)
+        lines = self._lines(draw(drawn, self.resolution, self._blur))
+        return propose(table, lines, self.resolution, drawn.noise, self._limits)
+
+    def _outline(self, table: FloatArray) -> Outline:
+        return outline(
+            table,
             max_pole_radius=self.max_pole_radius,
             max_range=self.max_range,
             min_incidence=self.min_incidence,
             max_missed=self.max_missed,
         )
-        picture = draw(returns, chains, self.resolution, self._blur)
-        lines = self._lines(picture)
-        cut = (self.min_points, self.max_missed, self.max_gap)
-        if self.refit:
-            known = self.range_sigma is not None
-            return line_segments(walls_on(returns, len(scan), lines, self.resolution, known, cut))
-        return line_segments(bins_on(returns, len(scan), lines, self.resolution, cut))
 
     def _lines(self, picture: Picture | None) -> Lines:
         """Return what OpenCV finds in a picture.

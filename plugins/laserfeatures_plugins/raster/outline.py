@@ -1,68 +1,70 @@
 """What is drawn of a scan: its surfaces, as chains of returns."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.data import LaserScan
-from laserfeatures.geometry import kernel
-from laserfeatures.geometry.settle import free_points
-from laserfeatures.geometry.walls import FREE
+from laserfeatures.engine import kernel
+from laserfeatures.engine.arcs import is_round
+from laserfeatures.engine.sequence import as_sequence
 from laserfeatures_plugins.raster.surfaces import contours
 
-Returns = tuple[FloatArray, FloatArray, IntArray, IntArray, float]  # x, y, beam, owner, noise
-Chains = tuple[IntArray, IntArray]  # points, and where each chain of them begins and the last ends
+
+class Outline(NamedTuple):
+    """Points x, y (P,) [m]; chain k of them is ``points[ends[k] : ends[k + 1]]``; their noise [m]."""
+
+    x: FloatArray
+    y: FloatArray
+    points: IntArray
+    ends: IntArray
+    noise: float
 
 
 def outline(
-    scan: LaserScan,
+    table: FloatArray,
     *,
-    range_sigma: float | None,
-    object_gap: float,
     max_pole_radius: float,
     max_range: float,
     min_incidence: float,
     max_missed: int,
-) -> tuple[Returns, Chains]:
-    """Return the returns of a scan and the chains of them that are to be drawn.
+) -> Outline:
+    """Return the chains of a scan's points (see `engine.explain.prepare`) that are to be drawn.
 
     The parameters are those of the extractors.
     """
-    return surfaces_of(
-        scan.directions,
-        scan.ranges,
-        (scan.range_min, scan.range_max),
-        range_sigma or 0.0,
-        object_gap,
-        max_pole_radius,
-        max_range,
-        math.tan(min_incidence),
-        max_missed,
+    points, ends, noise = surfaces_of(
+        table, float(max_pole_radius), float(max_range), math.tan(min_incidence), int(max_missed)
     )
+    return Outline(table[0], table[1], points, ends, noise)
 
 
 @kernel
 def surfaces_of(
-    directions: FloatArray,
-    ranges: FloatArray,
-    limits: tuple[float, float],
-    sigma: float,
-    jump: float,
-    radius: float,
-    max_range: float,
-    slant: float,
-    max_missed: int,
-) -> tuple[Returns, Chains]:
-    """Return the returns of a scan and the chains of each surface (see `contours`).
+    table: FloatArray, radius: float, max_range: float, slant: float, max_missed: int
+) -> tuple[IntArray, IntArray, float]:
+    """Return the chains of each surface (see `contours`), and the noise [m].
 
-    Poles (see `free_points`) and what is farther away than `max_range` are on none.
+    Round objects and what is farther away than `max_range` are on none.
     """
-    x, y, beam, owner, noise = free_points(directions, ranges, limits, sigma, jump, radius)
-    live = np.empty(x.size, np.int64)
-    count = 0
-    for i in range(x.size):
-        if owner[i] == FREE and x[i] * x[i] + y[i] * y[i] <= max_range * max_range:
-            live[count] = i
-            count += 1
-    return (x, y, beam, owner, noise), contours(x, y, beam, live[:count], slant, noise, max_missed)
+    points = as_sequence(table)
+    n = points.x.size
+    beam = np.empty(n, np.int64)
+    live = np.empty(n, np.int64)
+    count = start = 0
+    noise = 0.0
+    for end in range(1, n + 1):
+        beam[end - 1] = int(points.beam[end - 1])
+        noise += points.variance[end - 1]
+        if end < n and points.jump[end] == 0.0:
+            continue
+        if radius == 0.0 or not is_round(points, start, end, radius):
+            for i in range(start, end):
+                if points.x[i] * points.x[i] + points.y[i] * points.y[i] <= max_range * max_range:
+                    live[count] = i
+                    count += 1
+        start = end
+    noise = math.sqrt(noise / max(n, 1))
+    chains, ends = contours(points.x, points.y, beam, live[:count], slant, noise, max_missed)
+    return chains, ends, noise

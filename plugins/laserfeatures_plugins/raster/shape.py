@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray
-from laserfeatures.geometry import helper, kernel
+from laserfeatures.engine import helper, kernel
 from laserfeatures_plugins.raster.drawing import Image
 
 RING = 6.0  # radius [pixels] of the ring on which the lines that leave a point are counted

@@ -21,9 +21,7 @@ def check_size(width: float, height: float, resolution: float) -> None:
         )
 
 
-def check_image(
-    resolution: float, max_range: float, min_incidence: float, object_gap: float
-) -> None:
+def check_image(resolution: float, max_range: float, min_incidence: float) -> None:
     """Check the parameters that all detectors in images of scans have.
 
     Raises
@@ -37,7 +35,5 @@ def check_image(
         raise ValueError(f"max_range must be > 0 m, got {max_range!r}")
     if not 0 < min_incidence <= math.pi / 4:
         raise ValueError(f"min_incidence must be in (0, pi/4] rad, got {min_incidence!r}")
-    if not 0 < object_gap < math.inf:
-        raise ValueError(f"object_gap must be > 0 m, got {object_gap!r}")
     if max_range < math.inf:  # else the first scan tells
         check_size(2 * max_range / resolution, 2 * max_range / resolution, resolution)

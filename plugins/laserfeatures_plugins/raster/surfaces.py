@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.geometry import helper
+from laserfeatures.engine import helper
 
 NOISES = 3.0  # standard deviations of the noise that may be mistaken for shape
 PLAIN = math.tan(math.radians(30))  # surfaces that are met at this angle or more need no other test

@@ -1,13 +1,21 @@
-"""Lines cut into segments where their points leave a gap."""
+"""Lines cut into segments where their points leave a gap (step 8)."""
 
 import math
 
 import numpy as np
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.geometry.compiled import kernel
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
+from laserfeatures.data import Lines, LineSegments
+from laserfeatures.compiled import helper, kernel
+from laserfeatures.engine.partition import Limits
+from laserfeatures.engine.sequence import Sequence
+from laserfeatures.engine.walls import Walls
 
 Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
+
+# The numbers of lines and segments in one array, the line of each segment, and which beams it
+# holds. Handing an array to Python takes half a microsecond, a view of it less.
+Found = tuple[FloatArray, IntArray, BoolArray]
 
 MAX_GROWTH = 4.0  # of the way between points of a wall from one beam to the next
 
@@ -38,6 +46,7 @@ def cut_segments(
     y: FloatArray,
     beam: IntArray,
     beams: int,
+    period: int,
     theta: FloatArray,
     d: FloatArray,
     line: IntArray,
@@ -50,8 +59,8 @@ def cut_segments(
 
     Parameters
     ----------
-    beams : int
-        Number of beams of the scan.
+    beams, period : int
+        Number of beams of the scan, and of a turn: in a ring `beam` counts on past the last.
     theta, d : (L,) arrays
         The lines.
     line, member : (M,) int arrays
@@ -105,7 +114,7 @@ def cut_segments(
             i = member[m]
             error = x[i] * c + y[i] * s - d[k]
             square += error * error
-            points[j, beam[i]] = True
+            points[j, beam[i] % period] = True
         of_line[j] = k
         support[j] = ends[j + 1] - ends[j]
         rms[j] = math.sqrt(square / support[j])
@@ -115,3 +124,87 @@ def cut_segments(
             endpoints[j, end, 0] = x[i] - error * c
             endpoints[j, end, 1] = y[i] - error * s
     return of_line, endpoints, support, rms, points
+
+
+@helper
+def cut_walls(
+    points: Sequence, label: IntArray, walls: Walls, beams: int, period: int, limits: Limits
+) -> Found:
+    """Cut walls into segments; return what `line_segments` takes."""
+    count = walls.size
+    place = np.empty(count, np.int64)  # where the next return of each wall goes
+    theta = np.empty(count)
+    d = np.empty(count)
+    total = 0
+    for k in range(count):
+        place[k] = total
+        total += walls[k].points
+        theta[k] = math.atan2(walls[k].s, walls[k].c)
+        d[k] = walls[k].d
+    line = np.empty(total, np.int64)
+    member = np.empty(total, np.int64)
+    beam = np.empty(label.size, np.int64)
+    for i in range(label.size):
+        beam[i] = int(points.beam[i])
+        k = label[i]
+        if k >= 0:
+            line[place[k]] = k
+            member[place[k]] = i
+            place[k] += 1
+    segments = cut_segments(
+        points.x, points.y, beam, beams, period, theta, d, line, member, limits.max_missed,
+        limits.max_gap, MAX_GROWTH,
+    )  # fmt: skip
+    return pack(theta, walls, segments)
+
+
+@helper
+def pack(theta: FloatArray, walls: Walls, segments: Segments) -> Found:
+    """Put the numbers of lines and segments into one array, one field after another."""
+    line, endpoints, support, rms, beams = segments
+    lines = walls.size
+    count = line.size
+    numbers = np.empty(8 * lines + 6 * count)
+    for k in range(lines):
+        wall = walls[k]
+        numbers[k] = theta[k]
+        numbers[lines + k] = wall.d
+        numbers[2 * lines + k] = wall.points
+        numbers[3 * lines + k] = wall.evidence
+        at = 4 * lines + 4 * k
+        numbers[at] = wall.var_theta
+        numbers[at + 1] = numbers[at + 2] = wall.cov
+        numbers[at + 3] = wall.var_d
+    for j in range(count):
+        at = 8 * lines + j
+        numbers[at] = support[j]
+        numbers[at + count] = rms[j]
+        at += 2 * count + 3 * j
+        numbers[at] = endpoints[j, 0, 0]
+        numbers[at + 1] = endpoints[j, 0, 1]
+        numbers[at + 2] = endpoints[j, 1, 0]
+        numbers[at + 3] = endpoints[j, 1, 1]
+    return numbers, line, beams
+
+
+def line_segments(found: Found) -> LineSegments:
+    """Return what a kernel found as `LineSegments`."""
+    numbers, line, beams = found
+    lock(numbers, line, beams)
+    count = line.size
+    lines = (numbers.size - 6 * count) // 8
+    rest = numbers[8 * lines :]
+    return LineSegments.trusted(
+        lines=Lines.trusted(
+            theta=numbers[:lines],
+            d=numbers[lines : 2 * lines],
+            support=numbers[2 * lines : 3 * lines],
+            evidence=numbers[3 * lines : 4 * lines],
+            covariance=numbers[4 * lines : 8 * lines].reshape(lines, 2, 2),
+        ),
+        line=line,
+        endpoints=rest[2 * count :].reshape(count, 2, 2),
+        support=rest[:count],
+        rms=rest[count : 2 * count],
+        points=beams,
+    )

@@ -1,0 +1,150 @@
+"""How the kernels are compiled, and when what an earlier run has compiled still holds."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from string import hexdigits
+from types import CodeType, FunctionType, ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numba import njit
+from numba.extending import is_jitted
+
+if TYPE_CHECKING:
+    from numba.core.dispatcher import Dispatcher
+
+_F = TypeVar("_F", bound=Callable[..., object])
+_PLAIN = {int, float, bool, str, type(None)}
+
+
+def kernel(function: _F) -> "Dispatcher[_F]":
+    """Compile what Python calls: once for all runs, until any code or constant in it changes.
+
+    Division by zero gives inf or nan, as in NumPy: Python's check would double the code.
+    """
+    try:
+        dispatcher = njit(cache=True, error_model="numpy")(function)
+        if is_jitted(dispatcher):  # not with NUMBA_DISABLE_JIT; numba offers no other way
+            dispatcher._cache = _Cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
+    except (AttributeError, RuntimeError):  # an unknown numba; no folder that can be written to
+        dispatcher = njit(error_model="numpy")(function)  # compiled anew in each run
+    return dispatcher
+
+
+# What only kernels call is a helper: a part of them, which compiles in half the time without the
+# wrapper that Python would need. So Python must not call it: that would end the interpreter.
+helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
+# A helper's code is optimised again in each that calls it, through all levels. What only strings
+# helpers together is therefore put into its callers before anything is compiled.
+inlined = njit(  # type: ignore[call-overload] # as above
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, inline="always"
+)
+
+
+class _Cache:
+    """A kernel's cache as numba makes it, but fresh only while all is that the kernel compiles in.
+
+    To numba it is fresh while the kernel's own file is. The rest is looked at when the kernel is
+    first called: only then all of it is defined, and importing it takes no longer.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._dispatcher = dispatcher
+        self._cache = dispatcher._cache  # noqa: SLF001 - see `kernel`
+        self._index = self._cache._cache_file  # noqa: SLF001
+        self._stamp = self._index._source_stamp  # noqa: SLF001
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._cache, name)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Load what is compiled. Where nothing is, numba compiles and saves it next."""
+        contents = _Contents(self._dispatcher).digest()
+        self._index._source_stamp = self._stamp, contents  # noqa: SLF001
+        return self._cache.load_overload(signature, context)
+
+
+class _Contents:
+    """All code and constants that a kernel is compiled from, whatever files they come from.
+
+    They are taken from memory, as numba takes them: times of files do not matter. Not seen is what
+    numba finds in tables of its own: overloads, and the methods of jitclasses.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._parts: list[str] = []
+        self._seen: dict[tuple[int, tuple[str, ...]], int] = {}
+        self._add(dispatcher)
+
+    def digest(self) -> str:
+        """Return a digest, the same in all processes."""
+        text = "\n".join(self._parts)
+        return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
+
+    def _add(self, value: Any, names: tuple[str, ...] = ()) -> None:
+        """Add a value that code with these names refers to."""
+        if type(value) in _PLAIN:  # most are: that is quick
+            self._parts.append(repr(value))
+        elif isinstance(value, FunctionType):
+            if self._is_new(value):
+                self._add_function(value)
+        elif isinstance(value, ModuleType):
+            if self._is_new(value, names):
+                self._add_named(names, vars(value))
+        elif isinstance(value, tuple):
+            self._parts.append(f"{type(value)} {len(value)}")
+            for each in value:
+                self._add(each, names)
+        elif isinstance(value, np.ndarray):
+            self._parts.append(
+                f"{value.dtype} {value.shape} {value.strides} {value.tobytes().hex()}"
+            )
+        elif isinstance(value, frozenset):  # its order differs between processes
+            self._parts.append(repr(sorted(map(repr, value))))
+        elif isinstance(value, type):  # maybe an enumeration or a named tuple
+            fields = getattr(value, "__members__", None), getattr(value, "_fields", None)
+            self._parts.append(f"{value} {fields}")
+        elif type(value).__module__.startswith("numba.") and hasattr(value, "__wrapped__"):
+            self._parts.append(_text(getattr(value, "targetoptions", None)))
+            self._add(value.__wrapped__)
+        else:
+            self._parts.append(_text(value))
+
+    def _is_new(self, value: object, names: tuple[str, ...] = ()) -> bool:
+        known = len(self._seen)
+        number = self._seen.setdefault((id(value), names), known)
+        self._parts.append(f"{type(value)} {number}")
+        return number == known
+
+    def _add_function(self, function: FunctionType) -> None:
+        self._add_code(function.__code__, function.__globals__)
+        self._add(function.__defaults__)
+        self._parts.append(_text(function.__kwdefaults__))
+        for cell in function.__closure__ or ():
+            self._add(cell.cell_contents, function.__code__.co_names)
+
+    def _add_code(self, code: CodeType, scope: Mapping[str, Any]) -> None:
+        instructions = code.co_code.hex(), code.co_exceptiontable.hex(), code.co_flags
+        parameters = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount
+        names = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+        self._parts.append(f"{instructions} {parameters} {names}")
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):  # of a function within the function
+                self._add_code(constant, scope)
+            else:
+                self._add(constant)
+        self._add_named(code.co_names, scope)
+
+    def _add_named(self, names: tuple[str, ...], scope: Mapping[str, Any]) -> None:
+        for name in names:
+            if name in scope:
+                self._parts.append(name)
+                self._add(scope[name], names)
+
+
+def _text(value: object) -> str:
+    """Return the value's text without addresses: they differ between processes."""
+    first, *others = repr(value).split(" at 0x")
+    return first + "".join(each.lstrip(hexdigits) for each in others)

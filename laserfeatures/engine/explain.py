@@ -1,0 +1,172 @@
+"""The stage that all extractors share: a scan explained as a whole.
+
+The steps, with the numbers that docs/direct-hough.md gives them:
+
+1. order the returns, those of a ring from a jump on
+2. estimate the noise, set returns that stand out alone aside
+3. propose lines (a detector's own work)
+4. explain all returns at the least cost: walls, arcs, strays
+5. fit the walls, merge collinear ones, explain again with them
+6. part the returns of walls that meet by the bearing of their corner, fit again
+7. weigh the evidence of each wall, inflate the covariances
+8. cut the lines into segments
+"""
+
+import numpy as np
+
+from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.compiled import helper, kernel
+from laserfeatures.engine.noise import estimate_noise
+from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, partition
+from laserfeatures.engine.segments import Found, cut_walls
+from laserfeatures.engine.sequence import (
+    DOUBLED,
+    OPEN,
+    Noise,
+    Sequence,
+    as_sequence,
+    in_order,
+    turned,
+    weigh,
+    without_lone,
+)
+from laserfeatures.engine.sums import running_sums
+from laserfeatures.engine.walls import (
+    WALL,
+    Walls,
+    fit_walls,
+    free_outliers,
+    inflate_covariances,
+    merge_collinear,
+    part_at_corners,
+    prune,
+    roughness_of,
+    weigh_evidence,
+)
+
+PARTINGS = 2  # at corners, each with a fit
+
+
+@kernel
+def prepare(
+    directions: FloatArray,
+    ranges: FloatArray,
+    limits: tuple[float, float],
+    ring: int,
+    sigma: float,
+    relative: float,
+    roughness: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the table of a scan's returns, and its noise (sigma, relative, roughness).
+
+    A negative `sigma` stands for unknown: it is estimated.
+    """
+    # 1. Order the returns.
+    table = in_order(directions, ranges, limits, ring)
+    points = as_sequence(table)
+    # 2. Estimate the noise.
+    noise = Noise(sigma, relative, roughness)
+    if sigma < 0.0:
+        seen = estimate_noise(points)
+        noise = Noise(seen.sigma, seen.relative, roughness)
+    weigh(points, noise)
+    return without_lone(table), np.array([noise.sigma, noise.relative, noise.roughness])
+
+
+@kernel
+def explain(
+    table: FloatArray, proposed: FloatArray, ring: int, beams: int, limits: Limits, rounds: int
+) -> Found:
+    """Return the lines and segments that explain a scan's returns.
+
+    Parameters
+    ----------
+    table : (ROWS, P) array
+        What `prepare` returned.
+    proposed : (COLUMNS, K) array
+        The lines that a detector proposes, as `Candidates`; none: all are looked for.
+    ring : int
+        How the beams go round.
+    beams : int
+        Number of beams of the scan.
+    limits : Limits
+        What a wall may be.
+    rounds : int
+        How often all is explained again with the walls found before.
+    """
+    period = beams - 1 if ring == DOUBLED else beams
+    points = as_sequence(table)
+    label, walls = settle(points, proposed, limits)
+    start = better_seam(points, label) if ring != OPEN else 0
+    if start > 0:
+        points = as_sequence(turned(table, start, period))
+        rounds = max(rounds, 1)
+    for round_ in range(rounds):
+        everywhere = label.size if round_ == 0 and start > 0 else 0
+        label, walls = settle(points, as_proposed(walls, limits.min_points, everywhere), limits)
+    # 6. Part walls at their corners.
+    for _ in range(PARTINGS):
+        part_at_corners(points, label, walls)
+        fit_walls(points, label, walls, True)
+    walls = walls[: prune(label, walls, limits.min_points)]
+    # 7. Weigh evidence, inflate covariances.
+    weigh_evidence(points, label, walls)
+    inflate_covariances(walls, roughness_of(points, label, walls))
+    # 8. Cut the lines into segments.
+    return cut_walls(points, label, walls, beams, period, limits)
+
+
+@helper
+def settle(points: Sequence, lines: FloatArray, limits: Limits) -> tuple[IntArray, Walls]:
+    """Explain the returns by some lines and others, fit the walls and merge those on one line."""
+    label = np.empty(points.x.size, np.int64)
+    known = as_candidates(lines)
+    # 4. Explain all returns at the least cost.
+    walls = np.zeros(partition(points, running_sums(points), known, limits, label), WALL)
+    for k in range(known.c.size):
+        walls[k].c = known.c[k]
+        walls[k].s = known.s[k]
+        walls[k].d = known.d[k]
+    # 5. Fit the walls, merge collinear ones.
+    free_outliers(points, label, walls, known.c.size)
+    fit_walls(points, label, walls, False)
+    fit_walls(points, label, walls, True)
+    merge_collinear(points, label, walls)
+    return label, walls
+
+
+@helper
+def as_proposed(walls: Walls, min_points: int, everywhere: int) -> FloatArray:
+    """Return walls as a table of candidates; if `everywhere` is > 0, for so many returns each."""
+    lines = np.empty((COLUMNS, walls.size))
+    count = 0
+    for k in range(walls.size):
+        wall = walls[k]
+        if wall.points >= min_points:
+            lines[0, count] = wall.c
+            lines[1, count] = wall.s
+            lines[2, count] = wall.d
+            lines[3, count] = 0.0 if everywhere > 0 else wall.first
+            lines[4, count] = everywhere if everywhere > 0 else wall.last
+            count += 1
+    return lines[:, :count].copy()
+
+
+@helper
+def better_seam(points: Sequence, label: IntArray) -> int:
+    """Return where to cut a ring so that no wall is cut: 0 where it is right already.
+
+    It is the widest step between two walls.
+    """
+    n = label.size
+    if n == 0 or (label[0] >= 0 and label[n - 1] >= 0 and label[0] != label[n - 1]):
+        return 0
+    widest = -1.0
+    start = 0
+    for i in range(1, n):
+        if label[i] != label[i - 1]:
+            step = (points.x[i] - points.x[i - 1]) ** 2 + (points.y[i] - points.y[i - 1]) ** 2
+            if step > widest:
+                widest = step
+                start = i
+    return start

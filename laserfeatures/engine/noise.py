@@ -1,0 +1,120 @@
+"""The noise of a scan's ranges, told from short stretches of it (step 2)."""
+
+import math
+
+import numpy as np
+
+from laserfeatures.arrays import FloatArray
+from laserfeatures.compiled import helper
+from laserfeatures.engine.sequence import Noise, Sequence
+
+STRETCH = 8  # returns
+FREEDOM = STRETCH - 2.0
+FEWEST = 4  # stretches that tell a noise
+LOW = 0.1  # quantile of the stretches' variances at which the search begins
+ROUNDS = 6  # of reweighting
+WIDTH = 1.5  # log of the ratio by which a stretch's variance may be off and still count
+FINEST = 1e-4  # of the mean range: no sensor is better
+UNKNOWN = 3e-3  # of the mean range: taken where there is too little to tell
+
+
+@helper
+def estimate_noise(points: Sequence) -> Noise:
+    """Estimate the noise of a scan from what its flat stretches show.
+
+    The variances of stretches on walls gather round sigma^2 + (relative r)^2; those of all others
+    lie above, anywhere. A fit by weights that fall to nothing (Tukey's biweight of the logarithm),
+    begun at a low quantile, settles on the former.
+    """
+    variance, square, least, mean = stretches(points)
+    if variance.size < FEWEST:
+        return Noise(max(UNKNOWN * mean, math.sqrt(least)), 0.0, 0.0)
+    constant, growing = fit_noise(variance, square, least)
+    return Noise(math.sqrt(constant), math.sqrt(growing), 0.0)
+
+
+@helper
+def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
+    """Return what each stretch shows: variance and mean squared range; the least; the mean range.
+
+    The variance is that of the ranges about the best line (see `sums`). It is at least that of the
+    steps in which the sensor counts.
+    """
+    n = points.x.size
+    every = STRETCH if n >= 12 * STRETCH else STRETCH // 2
+    variance = np.empty(n // every + 1)
+    square = np.empty(n // every + 1)
+    total = before = 0.0
+    resolution = math.inf
+    for i in range(n):
+        r = points.x[i] * points.ux[i] + points.y[i] * points.uy[i]
+        total += r
+        change = abs(r - before)
+        if 1e-9 * r < change < resolution:
+            resolution = change
+        before = r
+    mean = total / max(n, 1)
+    least = (FINEST * mean) ** 2
+    if n > 1:
+        least = max(least, resolution * resolution / 12.0)
+    count = 0
+    for i in range(0, n - STRETCH + 1, every):
+        misfit, weight = scatter(points, i)
+        if misfit >= 0.0:
+            variance[count] = max(misfit / FREEDOM, least)
+            square[count] = weight / STRETCH
+            count += 1
+    return variance[:count], square[:count], least, mean
+
+
+@helper
+def scatter(points: Sequence, i: int) -> tuple[float, float]:
+    """Return the sum of squared range errors of a stretch about its line, and of its ranges.
+
+    The first is -1 where the returns are in line with the sensor.
+    """
+    w = sx = sy = sxx = sxy = syy = 0.0
+    for m in range(i, i + STRETCH):
+        x = points.x[m]
+        y = points.y[m]
+        square = x * x + y * y
+        w += square
+        sx += square * x
+        sy += square * y
+        sxx += square * x * x
+        sxy += square * x * y
+        syy += square * y * y
+    det = sxx * syy - sxy * sxy
+    if det <= 1e-12 * sxx * syy:
+        return -1.0, w
+    explained = (sx * (sx * syy - sy * sxy) + sy * (sy * sxx - sx * sxy)) / det
+    return max(w - explained, 0.0), w
+
+
+@helper
+def fit_noise(variance: FloatArray, square: FloatArray, least: float) -> tuple[float, float]:
+    """Return sigma^2 and relative^2 of stretches' variances and mean squared ranges."""
+    constant = max(np.sort(variance)[int(LOW * variance.size)] / 0.6, least)
+    growing = 0.0
+    for _ in range(ROUNDS):
+        n = r = rr = v = vr = 0.0
+        for k in range(variance.size):
+            expected = constant + growing * square[k]
+            off = math.log(variance[k] / expected) / WIDTH
+            if abs(off) < 1.0:
+                weight = ((1.0 - off * off) / expected) ** 2
+                n += weight
+                r += weight * square[k]
+                rr += weight * square[k] * square[k]
+                v += weight * variance[k]
+                vr += weight * variance[k] * square[k]
+        if n == 0.0:
+            break
+        constant = v / n
+        growing = 0.0
+        det = n * rr - r * r
+        if det > 1e-9 * n * rr and vr * n > v * r:
+            constant = max((v * rr - vr * r) / det, 0.0)
+            growing = (vr * n - v * r) / det if constant > 0.0 else vr / rr
+        constant = max(constant, least)
+    return constant, growing

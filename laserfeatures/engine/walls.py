@@ -1,0 +1,310 @@
+"""The walls of a scan: fitted, merged, parted at their corners, weighed (steps 5 to 7)."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.compiled import helper
+from laserfeatures.engine.partition import STRAY
+from laserfeatures.engine.prices import PRICE, STRAY_PRICE
+from laserfeatures.engine.sequence import Sequence
+
+WALL = np.dtype([
+    ("c", "f8"), ("s", "f8"), ("d", "f8"),  # the line x c + y s = d, s >= 0
+    ("var_theta", "f8"), ("cov", "f8"), ("var_d", "f8"),  # its covariance,
+    ("log_det", "f8"),  # and minus the logarithm of the determinant of that
+    ("chi2", "f8"), ("points", "i8"), ("first", "i8"), ("last", "i8"),
+    ("w", "f8"), ("x", "f8"), ("y", "f8"), ("xx", "f8"), ("xy", "f8"), ("yy", "f8"),  # as in `sums`
+    ("evidence", "f8"),  # [nats]
+])  # fmt: skip
+Wall = Any  # a record of `Walls`
+Walls = NDArray[Any]  # (K,), of WALL
+
+SURELY_APART = 25.0  # squared standard deviations of a turn,
+SAME_TURN = 0.05**2  # and squared radians besides, beyond which walls are not compared
+MEETING = 4  # returns between two walls that may meet
+LEAST_SINE = math.sin(math.radians(10.0))  # flatter crossings are not known well enough
+INLIER = 9.0  # chi squared of a return that may change walls
+PRIOR = 4.0  # returns; fewer residuals alone do not tell the noise
+LONG = 24  # returns of a wall that tells a roughness
+QUARTERS = 4
+LARGEST = 50.0  # what one wall can say
+
+
+@helper
+def deviation(points: Sequence, i: int, c: float, s: float, d: float) -> float:
+    """Return how far a return is off a line, in standard deviations."""
+    off = points.x[i] * c + points.y[i] * s - d
+    cosine = points.ux[i] * c + points.uy[i] * s
+    return off / math.sqrt(points.variance[i] * (cosine * cosine + points.floor[i]))
+
+
+@helper
+def solve(wall: Wall) -> None:
+    """Fill in the line that the sums of a wall give, with its covariance to first order."""
+    det = wall.xx * wall.yy - wall.xy * wall.xy
+    if det <= 1e-12 * wall.xx * wall.yy:  # in line with the sensor
+        wall.chi2 = math.inf
+        wall.log_det = 0.0
+        return
+    a = (wall.x * wall.yy - wall.y * wall.xy) / det
+    b = (wall.y * wall.xx - wall.x * wall.xy) / det
+    wall.chi2 = max(wall.w - a * wall.x - b * wall.y, 0.0)
+    d = 1.0 / math.sqrt(a * a + b * b)
+    c = a * d
+    s = b * d
+    # With (A, B) = (c, s) / d: dtheta = d (c dB - s dA) and dd = -d^2 (c dA + s dB).
+    aa = wall.yy / det
+    ab = -wall.xy / det
+    bb = wall.xx / det
+    wall.var_theta = d**2 * (c * c * bb - 2.0 * c * s * ab + s * s * aa)
+    wall.cov = -(d**3) * (c * s * (bb - aa) + (c * c - s * s) * ab)
+    wall.var_d = d**4 * (c * c * aa + 2.0 * c * s * ab + s * s * bb)
+    wall.log_det = math.log(det) - 6.0 * math.log(d)
+    if s < 0.0 or (s == 0.0 and c < 0.0):
+        c, s, d = -c, -s, -d
+        wall.cov = -wall.cov
+    wall.c = c
+    wall.s = s
+    wall.d = d
+
+
+@helper
+def fit_walls(points: Sequence, label: IntArray, walls: Walls, weighted: bool) -> None:
+    """Fit every wall to the returns that bear its number.
+
+    `weighted`: what does not vanish at grazing incidence counts, at the incidence on the line so
+    far.
+    """
+    for k in range(walls.size):
+        wall = walls[k]
+        wall.w = wall.x = wall.y = wall.xx = wall.xy = wall.yy = 0.0
+        wall.points = wall.last = 0
+        wall.first = points.x.size
+    for i in range(points.x.size):
+        k = label[i]
+        if k < 0:
+            continue
+        wall = walls[k]
+        w = points.weight[i]
+        if weighted:
+            cosine = points.ux[i] * wall.c + points.uy[i] * wall.s
+            cosine *= cosine
+            w *= cosine / (cosine + points.floor[i])
+        x = points.x[i]
+        y = points.y[i]
+        wall.w += w
+        wall.x += w * x
+        wall.y += w * y
+        wall.xx += w * x * x
+        wall.xy += w * x * y
+        wall.yy += w * y * y
+        wall.points += 1
+        wall.first = min(wall.first, i)
+        wall.last = i + 1
+    for k in range(walls.size):
+        if walls[k].points > 1:
+            solve(walls[k])
+
+
+@helper
+def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
+    """Join walls that one line explains at a lower price.
+
+    The price of a line is what is known of it: -log of the determinant of its covariance (Laplace's
+    approximation of its evidence), with d in units of the mean range. So short pieces far apart,
+    which any line may join by chance, cost more together than long ones.
+    """
+    scale = 0.0
+    for i in range(label.size):
+        scale += points.x[i] * points.ux[i] + points.y[i] * points.uy[i]
+    one = np.arange(walls.size)
+    room = np.zeros(1, WALL)
+    both = room[0]
+    price = 2.0 * math.log(scale / max(label.size, 1))
+    for a in range(walls.size):
+        first = walls[a]
+        for b in range(a + 1, walls.size):
+            other = walls[b]
+            if first.points == 0 or other.points == 0:
+                continue
+            turn = first.c * other.s - first.s * other.c
+            if turn * turn > SURELY_APART * (first.var_theta + other.var_theta) + SAME_TURN:
+                continue
+            both.w = first.w + other.w
+            both.x = first.x + other.x
+            both.y = first.y + other.y
+            both.xx = first.xx + other.xx
+            both.xy = first.xy + other.xy
+            both.yy = first.yy + other.yy
+            solve(both)
+            worse = both.chi2 - first.chi2 - other.chi2
+            if worse < first.log_det + other.log_det - both.log_det + price:
+                both.points = first.points + other.points
+                both.first = min(first.first, other.first)
+                both.last = max(first.last, other.last)
+                walls[a] = both
+                other.points = 0
+                one[b] = a
+    for i in range(label.size):
+        k = label[i]
+        while k >= 0 and one[k] != k:
+            k = one[k]
+        label[i] = k
+
+
+@helper
+def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> None:
+    """Part the returns of walls that meet by the bearing of their crossing.
+
+    A beam hits the wall on its side of the corner, whatever its range errs by; to give a return to
+    the nearer of both would choose the errors that each wall gets, and turn the short ones.
+    """
+    last = -1
+    for i in range(label.size):
+        if label[i] < 0:
+            continue
+        if last >= 0 and label[last] != label[i] and i - last <= MEETING:
+            part(points, label, walls, last, i)
+        last = i
+
+
+@helper
+def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int) -> None:
+    """Part the returns of two walls, one up to the return `last`, the next from `first` on."""
+    a = label[last]
+    b = label[first]
+    one = walls[a]
+    other = walls[b]
+    det = one.c * other.s - one.s * other.c
+    if abs(det) < LEAST_SINE:
+        return
+    x = (one.d * other.s - other.d * one.s) / det
+    y = (other.d * one.c - one.d * other.c) / det
+    ahead = x * points.x[last] + y * points.y[last] > 0.0
+    if not ahead or x * points.x[first] + y * points.y[first] <= 0.0:
+        return
+    i = first - 1
+    while i >= 0 and (label[i] == a or label[i] == STRAY) and x * points.uy[i] > y * points.ux[i]:
+        if deviation(points, i, other.c, other.s, other.d) ** 2 < INLIER:
+            label[i] = b
+        i -= 1
+    i = last + 1
+    while i < label.size and (label[i] == b or label[i] == STRAY):
+        if x * points.uy[i] >= y * points.ux[i]:
+            break
+        if deviation(points, i, one.c, one.s, one.d) ** 2 < INLIER:
+            label[i] = a
+        i += 1
+
+
+@helper
+def free_outliers(points: Sequence, label: IntArray, walls: Walls, known: int) -> None:
+    """Take the returns from the first `known` walls that cost less as stray ones."""
+    for i in range(label.size):
+        if 0 <= label[i] < known:
+            wall = walls[label[i]]
+            if deviation(points, i, wall.c, wall.s, wall.d) ** 2 > STRAY_PRICE:
+                label[i] = STRAY
+
+
+@helper
+def prune(label: IntArray, walls: Walls, min_points: int) -> int:
+    """Free the returns of walls that have too few, number the others anew; return how many."""
+    number = np.full(walls.size, STRAY)
+    count = 0
+    for k in range(walls.size):
+        if walls[k].points >= min_points and walls[k].chi2 < math.inf:
+            walls[count] = walls[k]
+            number[k] = count
+            count += 1
+    for i in range(label.size):
+        if label[i] >= 0:
+            label[i] = number[label[i]]
+    return count
+
+
+@helper
+def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
+    """Fill in by how much the scan is more likely with each wall than without [nats].
+
+    Without it, its returns would be stray ones, or on the walls beside it.
+    """
+    n = label.size
+    after = np.empty(n, np.int64)
+    following = STRAY
+    for i in range(n - 1, -1, -1):
+        after[i] = following
+        if label[i] >= 0 and (i == 0 or label[i - 1] != label[i]):
+            following = label[i]
+    for k in range(walls.size):
+        walls[k].evidence = -0.5 * PRICE
+    before = here = STRAY
+    for i in range(n):
+        k = label[i]
+        if k < 0:
+            continue
+        if k != here:
+            before = here
+            here = k
+        wall = walls[k]
+        without = STRAY_PRICE
+        for other in (before, after[i]):
+            if other >= 0 and other != k:
+                beside = walls[other]
+                chi2 = deviation(points, i, beside.c, beside.s, beside.d) ** 2
+                without = min(without, chi2)
+        chi2 = deviation(points, i, wall.c, wall.s, wall.d) ** 2
+        wall.evidence += 0.5 * (without - min(chi2, STRAY_PRICE))
+    for k in range(walls.size):
+        walls[k].evidence = max(walls[k].evidence, 0.0)
+
+
+@helper
+def roughness_of(points: Sequence, label: IntArray, walls: Walls) -> float:
+    """Return the variance of the mean of a quarter of a wall, in variances of one return.
+
+    Where errors are independent the mean of a quarter has none beyond its share: what it has is a
+    wall that is not straight, or a scan taken in motion. All long walls tell it together.
+    """
+    rank = np.zeros(walls.size, np.int64)
+    total = np.zeros((walls.size, QUARTERS))
+    count = np.zeros((walls.size, QUARTERS))
+    for i in range(label.size):
+        k = label[i]
+        if k >= 0 and walls[k].points >= LONG:
+            wall = walls[k]
+            quarter = rank[k] * QUARTERS // wall.points
+            rank[k] += 1
+            total[k, quarter] += deviation(points, i, wall.c, wall.s, wall.d)
+            count[k, quarter] += 1.0
+    excess = returns = told = 0.0
+    for k in range(walls.size):
+        if walls[k].points >= LONG:
+            square = 0.0
+            for quarter in range(QUARTERS):
+                square += total[k, quarter] ** 2 / count[k, quarter]
+            excess += min(square / (QUARTERS - 2.0), LARGEST) - 1.0
+            returns += walls[k].points / QUARTERS
+            told += 1.0
+    return max(excess - math.sqrt(told), 0.0) / max(returns, 1.0)
+
+
+@helper
+def inflate_covariances(walls: Walls, rough: float) -> None:
+    """Inflate the covariances of lines by what the noise does not explain.
+
+    That is the share that does not average out along a wall, `rough` (see `roughness_of`), and the
+    ratio of what its returns show to the noise (Birge 1932), where the noise counts as much as
+    `PRIOR` returns that it explains.
+    """
+    for k in range(walls.size):
+        wall = walls[k]
+        ratio = max((PRIOR + wall.chi2) / (PRIOR + wall.points - 2.0), 1.0)
+        ratio *= 1.0 + rough * wall.points / QUARTERS
+        wall.var_theta *= ratio
+        wall.cov *= ratio
+        wall.var_d *= ratio
