@@ -32,6 +32,7 @@ from scan_matching import Matcher
 
 import laserfeatures as lf
 from laserfeatures.data import Pose2D
+from laserfeatures.noise_model import NoiseModel
 from laserfeatures.poses import relative
 
 DATA = Path(__file__).parents[1] / "../shared/data/sick"
@@ -260,8 +261,9 @@ def extracted(name, scans, options):
 
 
 def modelled(name, told):
-    """Return an extractor that carries a model of the noise from scan to scan (none is yet)."""
-    raise SystemExit(f"--model: {name} {told or ''} has no model of the noise yet")
+    """Return an extractor that carries a model of the noise from scan to scan."""
+    extractor, model = lf.get_extractor(name, **told), NoiseModel()
+    return lambda scan: extractor(scan, noise=model.feed(scan))
 
 
 def row_of(log, name, features):

@@ -148,8 +148,9 @@ class PointFeatures(Record):
     real : (F,) bool array
         True for a real corner (surfaces were seen to reach it), False for a virtual one.
     evidence : (F,) array, optional
-        Evidence [nats] of the weaker of the two lines (see `Lines`); 0 where the detector tells
-        none.
+        How sure it is [nats]: the log-likelihood ratio of a corner at this place against one
+        anywhere in view, and half the logarithm of the weaker line's evidence (see `Lines`); 0
+        where the detector tells none.
     """
 
     positions: FloatArray

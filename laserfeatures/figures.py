@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from laserfeatures.noise_model import RangeNoise
     from laserfeatures.pipeline import Pipeline
 
 BLUE = "#0b4fa8"  # dark in grey print, where REMOVED stays light
@@ -139,16 +140,17 @@ def accumulator_of(extractor: "Pipeline", scan: LaserScan) -> Accumulator:
     return votes
 
 
-def removed_lines(extractor: "Pipeline", features: Features) -> FloatArray:
+def removed_lines(
+    extractor: "Pipeline", features: Features, *, noise: "RangeNoise | None" = None
+) -> FloatArray:
     """Return (theta, d) [rad, m] of the lines that the detector finds and the filter removes."""
-    detected = extractor.detector(features.scan)
+    detected = extractor.detect(features.scan, noise=noise)
     if isinstance(detected, PointFeatures):
         return np.empty((0, 2))
     before = _parameters(detected.lines)
     after = _parameters(features.lines)
     survives = (before[:, None] == after[None]).all(axis=2).any(axis=1)
-    removed: FloatArray = before[~survives]
-    return removed
+    return np.asarray(before[~survives])
 
 
 def draw_scan(

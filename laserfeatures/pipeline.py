@@ -1,17 +1,26 @@
 """The main path: a detector, then the two stages that all extractors of lines share."""
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from laserfeatures.data import Features, LaserScan, LineSegments, PointFeatures
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
 from laserfeatures.segment_filter import SegmentFilter
 
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
+
 
 class Detector(Protocol):
-    """What a plugin provides: line segments out of a scan, or points at once."""
+    """What a plugin provides: line segments out of a scan, or points at once.
+
+    One whose ``__call__`` has a parameter named ``noise`` is told with it the `RangeNoise` of the
+    scan, or None where it is not known.
+    """
 
     def __call__(self, scan: LaserScan, /) -> LineSegments | PointFeatures:
         """Return the line segments in `scan`, or its corners if they are found without lines."""
@@ -56,17 +65,25 @@ class Pipeline:
             if not isinstance(value, kind):
                 raise TypeError(f"{stage} must be a {kind.__name__}, got {value!r}")
 
-    def __call__(self, scan: LaserScan) -> Features:
+    def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> Features:
         """Return the line segments and corners of `scan`.
 
         Corners that the detector found without lines pass both stages as they are.
+
+        Parameters
+        ----------
+        scan : LaserScan
+            The scan.
+        noise : RangeNoise, optional
+            The noise of its ranges, such as a `NoiseModel` tells it. A detector that is given a
+            `range_sigma` of its own, or takes no noise, does without.
 
         Raises
         ------
         PluginError
             If the detector returns anything else.
         """
-        detected = self.detector(scan)
+        detected = self.detect(scan, noise=noise)
         if isinstance(detected, PointFeatures):
             return Features(scan=scan, segments=LineSegments.none(len(scan)), corners=detected)
         if not isinstance(detected, LineSegments):
@@ -77,3 +94,17 @@ class Pipeline:
         segments = self.segment_filter(detected)
         corners = self.intersections(segments, limit=scan.range_max)
         return Features.trusted(scan=scan, segments=segments, corners=corners)
+
+    def detect(
+        self, scan: LaserScan, *, noise: "RangeNoise | None" = None
+    ) -> LineSegments | PointFeatures:
+        """Return what the detector finds, before the other stages; parameters as of a call."""
+        detector: Callable[..., LineSegments | PointFeatures] = self.detector
+        return detector(scan, noise=noise) if self._takes_noise else detector(scan)
+
+    @cached_property
+    def _takes_noise(self) -> bool:
+        try:
+            return "noise" in inspect.signature(self.detector).parameters
+        except ValueError:  # compiled code may tell no signature
+            return False

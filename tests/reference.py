@@ -6,7 +6,7 @@ import numpy as np
 
 
 def returns(angles, ranges, range_min, range_max):
-    """Twin of `geometry.returns`: one beam after another."""
+    """Twin of `LaserScan.points` and `beams`: one beam after another."""
     points, beams = [], []
     for i, (angle, r) in enumerate(zip(angles, ranges, strict=True)):
         if math.isfinite(r) and r > 0 and range_min <= r < range_max:
@@ -15,14 +15,8 @@ def returns(angles, ranges, range_min, range_max):
     return np.array(points).reshape(-1, 2), np.array(beams, dtype=int)
 
 
-def weights(points, theta, floor):
-    """Return the inverse variance of each point's distance from a line, for a unit range noise."""
-    cosine = points @ (math.cos(theta), math.sin(theta)) / np.hypot(*points.T)
-    return 1.0 / (cosine**2 + floor)
-
-
 def fit_line(points, w, sigma):
-    """Twin of `geometry.fit_line`: the smallest eigenvector of the weighted scatter matrix."""
+    """Return the line of least squares: the smallest eigenvector of the weighted scatter matrix."""
     centre = np.average(points, axis=0, weights=w)
     away = points - centre
     values, vectors = np.linalg.eigh((w[:, None] * away).T @ away)
@@ -62,7 +56,7 @@ def is_gap(along, beams, i, j, spacing, max_missed, max_gap, max_growth):
 
 
 def cut_segments(points, beams, lines, members, max_missed, max_gap, max_growth):
-    """Twin of `geometry.cut_segments`: a list of (line, ends, beams held, rms)."""
+    """Twin of `cut_segments`: a list of (line, ends, beams held, rms)."""
     segments = []
     for k, (theta, d) in enumerate(lines):
         normal = np.array([math.cos(theta), math.sin(theta)])

@@ -42,16 +42,21 @@ def scan_of(*walls, **view) -> LaserScan:
     return look(list(walls), **view)[0]
 
 
-def niche(rng):
-    """Return points, beams and wall lines of a wall with a niche, a door and false returns."""
+def niche_scan(rng):
+    """Return a scan of a wall with a niche, a door and false returns, and the lines of its walls."""
     lines = chain((2, -3), (2, -1), (2.3, -1), (2.3, 0), (2, 0), (2, 0.8))
     lines.append([(2, rng.uniform(0.9, 2)), (2, 3)])
     scan = scan_of(*lines, sigma=0.005, seed=int(rng.integers(10**6)), beams=181)
     ranges = scan.ranges.copy()
     false = rng.random(181) < 0.1
     ranges[false] = rng.uniform(0.5, 4, false.sum())
-    scan = LaserScan(angles=scan.angles, ranges=ranges, range_max=30.0)
-    return scan.points, scan.beams, true_lines(lines)
+    return LaserScan(angles=scan.angles, ranges=ranges, range_max=30.0), true_lines(lines)
+
+
+def niche(rng):
+    """Return points and beams of `niche_scan`, and the lines of its walls."""
+    scan, lines = niche_scan(rng)
+    return scan.points, scan.beams, lines
 
 
 def poles(*centres, radius=0.1, beams=361, sigma=0.005, seed=0) -> LaserScan:

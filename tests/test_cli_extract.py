@@ -8,6 +8,7 @@ from cli_runs import carmen_log, fails, run
 
 import laserfeatures as lf
 from laserfeatures import registry
+from laserfeatures.noise_model import NoiseModel
 from laserfeatures.records import COLUMNS, to_record
 
 
@@ -23,9 +24,12 @@ def records(text):
 def test_each_scan_is_a_line_of_json_with_the_library_s_own_numbers(log):
     result = run("extract", log)
     assert result.exit_code == 0
-    extractor = lf.get_extractor("direct_hough")
+    extractor, model = lf.get_extractor("direct_hough"), NoiseModel()
     with lf.open_source(log) as scans:
-        expected = [to_record(extractor(scan), index) for index, scan in enumerate(scans)]
+        expected = [
+            to_record(extractor(scan, noise=model.feed(scan)), index)
+            for index, scan in enumerate(scans)
+        ]
     assert records(result.stdout) == expected
     assert [record["stamp"] for record in expected] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
     assert all(record["lines"] and record["segments"] for record in expected)
@@ -46,8 +50,12 @@ def test_parameters_reach_detector_and_stages(log):
         theta_step=0.03490658503988659,
         intersections=lf.Intersections(max_distance=2.0),
     )
+    model = NoiseModel()
     with lf.open_source(log) as scans:
-        expected = [to_record(extractor(scan), index) for index, scan in enumerate(scans)]
+        expected = [
+            to_record(extractor(scan, noise=model.feed(scan)), index)
+            for index, scan in enumerate(scans)
+        ]
     assert records(result.stdout) == expected
     assert records(run("extract", log).stdout) != expected
 
@@ -75,7 +83,7 @@ def test_min_evidence_chooses_the_surer_lines(log, monkeypatch):
 
 
 def test_range_max_drops_farther_returns(log):
-    near = records(run("extract", log, "--range-max", "300cm").stdout)
+    near = records(run("extract", log, "--range-max", "300cm", "--noise", "scan").stdout)
     with lf.open_source(log, range_max=3.0) as scans:
         extractor = lf.get_extractor("direct_hough")
         assert near == [to_record(extractor(scan), index) for index, scan in enumerate(scans)]

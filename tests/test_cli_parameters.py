@@ -72,6 +72,7 @@ def test_signature_and_docstring_make_the_parameters():
 
 def test_a_class_inherits_what_its_bases_tell():
     found = parameters_of(Finer)
+    assert list(found) == ["far", "step", "near", "count", "secret"]  # its own first
     assert found["step"].default == 0.25
     assert found["step"].unit == "rad"
     assert found["far"].meaning == "Told anew."

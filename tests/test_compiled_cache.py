@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from laserfeatures.geometry import compiled
+from laserfeatures import compiled
 
 DECORATORS = f"from {compiled.__name__} import helper, inlined, kernel\n"
 CODE = {

@@ -144,9 +144,9 @@ def test_the_accumulator_shows_votes_and_circles_lines():
 def test_removed_lines_are_those_that_do_not_survive():
     found = features()
     detected = SimpleNamespace(lines=lines([0.0, 0.7, 1.5], [2.0, 2.0, 1.0]))
-    extractor = SimpleNamespace(detector=lambda _scan: detected)
+    extractor = SimpleNamespace(detect=lambda *_, **__: detected)
     assert figures.removed_lines(extractor, found).tolist() == [[0.7, 2.0]]
-    points_only = SimpleNamespace(detector=lambda _: found.corners)
+    points_only = SimpleNamespace(detect=lambda *_, **__: found.corners)
     assert figures.removed_lines(points_only, found).shape == (0, 2)
 
 

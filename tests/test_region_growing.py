@@ -2,99 +2,46 @@ import math
 from dataclasses import replace
 
 import kernels
+import kernels_proposals
 import numpy as np
 import pytest
+import reference_candidates
 import reference_growing
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from laserfeatures_plugins.region_growing import RegionGrowing, growing
-from scenes import chain, line_errors, look, needs_compiler, niche, random_room, scan_of, wall
+from scenes import (
+    chain,
+    line_errors,
+    look,
+    needs_compiler,
+    niche_scan,
+    random_room,
+    scan_of,
+    wall,
+)
 
-from laserfeatures import geometry
-from laserfeatures.geometry import noise, segments
-
-GAPS = (2, 0.15)  # max_missed, max_gap
+RULES = (growing.SEED, growing.FLAT)
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
 
 
-@given(seeds, st.integers(0, 20), st.integers(0, 10))
-def test_the_next_free_point_is_the_first_that_is_not_too_far(rng, count, reach):
-    beams = np.sort(rng.choice(2 * count + 1, count, replace=False))
-    free = rng.random(count) < 0.4
-    for i, beam in enumerate(beams):
-        expected = reference_growing.next_free(beams, free, i, beam + reach)
-        assert kernels.next_free(beams, free, i, beam + reach) == expected
+@given(seeds, st.integers(0, 4))
+def test_a_region_grows_to_its_end_as_its_twin_does(rng, max_missed):
+    points = kernels.weighed(niche_scan(rng)[0])
+    first = int(rng.integers(len(points.x)))
+    found = kernels_proposals.grow_region(points, first, max_missed)
+    line, *run, saved = reference_growing.grow_region(points, first, max_missed, *RULES)
+    assert [found.first, found.last] == run
+    assert found.saved == pytest.approx(saved, rel=1e-6, abs=1e-3)
+    if line is not None:
+        assert (found.c, found.s, found.d) == pytest.approx(line, rel=1e-6, abs=1e-9)
 
 
-def assert_same_fit(fit, expected):
-    """Check a fit against another; the variances to a millionth."""
-    assert abs(line_errors(fit[:2], expected[:2])).max() < 1e-9
-    np.testing.assert_allclose(fit[2::2], expected[2::2], rtol=1e-6)
-
-
-@given(seeds, st.floats(0.01, 0.1))
-def test_a_region_grows_to_its_end_as_its_twin_does(rng, gate):
-    points, beams, _ = niche(rng)
-    free = rng.random(len(points)) < 0.9
-    seed = int(rng.integers(len(points) - 1))
-    partner = reference_growing.next_free(beams, free, seed, beams[-1])
-    assume(partner > 0)
-    members, fit = kernels.grow_region(points, beams, free, seed, partner, gate, *GAPS)
-    expected = reference_growing.grow_region(
-        points, beams, free, seed, partner, gate, *GAPS, segments.MAX_GROWTH
-    )
-    assert members == expected
-    assert_same_fit(fit, reference_growing.fit(points[members]))
-
-
-@given(seeds)
-def test_a_region_of_uneven_steps_grows_to_its_end_as_its_twin_does(rng):
-    # What is a gap hangs on the steps before it and on the beams that they took.
-    beams = np.cumsum(rng.integers(1, 5, 30))
-    along = np.cumsum(rng.lognormal(-2.5, 0.8, 30))
-    points = np.stack([along, 2.0 + rng.normal(0, 0.003, 30)], axis=1)
-    args = (points, beams, np.ones(30, bool), 0, 1, 0.015, 3, 0.15)
-    members, _ = kernels.grow_region(*args)
-    assert members == reference_growing.grow_region(*args, segments.MAX_GROWTH)
-
-
-@given(seeds, st.integers(3, 40), st.integers(3, 6))
-def test_a_region_is_refined_as_its_twin_does(rng, count, min_points):
-    theta = rng.uniform(0, math.pi)
-    along = np.sort(rng.uniform(-1, 1, count))
-    off = 2.0 + rng.normal(0, 0.01, count) + (rng.random(count) < 0.2) * rng.normal(0, 0.1, count)
-    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
-    points = np.stack([off, along], axis=1) @ turn
-    rough = reference_growing.fit(points)
-    args = (points, range(count), rough, 0.015, min_points)
-    members, fit = kernels.refine(*args)
-    expected, line = reference_growing.refine(*args, geometry.INCIDENCE_FLOOR)
-    assert members == expected
-    if len(members) >= min_points:
-        assert_same_fit(fit, line)
-
-
-@given(seeds, st.integers(3, 5), st.sampled_from([0.003, 0.02]))
-def test_walls_are_searched_for_as_the_twin_does(rng, min_points, sigma):
-    points, beams, _ = niche(rng)
-    some = slice(0, rng.integers(2, len(points)))
-    points, beams = points[some], beams[some]
-    free = rng.random(len(points)) < 0.95
-    cut = (min_points, *GAPS)
-    owner, table, seen = kernels.grown_walls(points, beams, free, sigma, cut)
-    rules = (
-        kernels.gate_of(sigma), segments.MAX_GROWTH, geometry.INCIDENCE_FLOOR, growing.PARTNERS,
-        growing.ENOUGH, noise.MIN_SIGMA,
-    )  # fmt: skip
-    expected, fits, expected_noise = reference_growing.search(
-        points, beams, free, sigma, cut, rules
-    )
-    np.testing.assert_array_equal(owner, expected)
-    assert seen == pytest.approx(expected_noise, rel=1e-6)
-    assert len(table) == len(fits)
-    np.testing.assert_array_equal(table[:, 5], np.bincount(owner[owner >= 0], minlength=len(fits)))
-    for row, fit in zip(table, fits, strict=True):
-        assert_same_fit(row[:5], fit)
+@given(seeds, st.integers(0, 4), st.sampled_from([0.003, 0.02]))
+def test_lines_are_proposed_as_the_twin_does(rng, max_missed, sigma):
+    points = kernels.weighed(niche_scan(rng)[0], sigma)
+    expected = reference_growing.propose(points, max_missed, *RULES)
+    reference_candidates.assert_same(kernels_proposals.regions(points, max_missed), expected)
 
 
 def spoiled(scan, false, rng):
@@ -167,14 +114,14 @@ def test_long_walls_are_found_where_every_fifth_beam_is_false(parameters):
 
 @pytest.mark.parametrize("far", [2.0, 80.0, 1000.0])
 def test_running_sums_are_as_good_far_from_the_sensor(far):
-    along = np.linspace(-0.5, 0.5, 100)
-    points = np.stack([far + 0.3 * along, along], axis=1)
-    members, fit = kernels.grow_region(
-        points, np.arange(100), np.ones(100, bool), 0, 1, 0.015, *GAPS
-    )
-    assert members == list(range(100))
+    scan = scan_of([(far - 0.15, -0.5), (far + 0.15, 0.5)], beams=100, view=0.9 / far, range_max=2e3)
+    points = kernels.weighed(scan)
+    assert len(points.x) > 80
+    found = kernels_proposals.grow_region(points, 0, 3)
+    assert (found.first, found.last) == (0, len(points.x))
     truth = math.atan2(-0.3, 1.0), far / math.hypot(1.0, 0.3)
-    np.testing.assert_allclose(line_errors(fit[:2], truth), 0, atol=1e-10)
+    errors = line_errors((math.atan2(found.s, found.c), found.d), truth)
+    np.testing.assert_allclose(errors, 0, atol=1e-6)
 
 
 def test_a_room_of_long_ranges_is_all_walls():

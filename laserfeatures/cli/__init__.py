@@ -11,6 +11,7 @@ from laserfeatures.cli.extractors import extractors
 from laserfeatures.cli.group import NAME, CommandGroup
 from laserfeatures.cli.info import info
 from laserfeatures.cli.live import live
+from laserfeatures.cli.noise import noise
 from laserfeatures.cli.plot import plot
 from laserfeatures.cli.record import record
 from laserfeatures.cli.simulate import simulate
@@ -35,6 +36,7 @@ def main() -> None:
       laserfeatures simulate office.toml -o run.log      let a robot record a log
       laserfeatures testbench all                        run the paper's tables again
       laserfeatures slam run run.log.gz -o found/        a map, and the way through it
+      laserfeatures noise run.log.gz                     how noisy the ranges of a log are
 
     \b
     With a rangefinder, at /dev/ttyACM0 for example:
@@ -53,7 +55,7 @@ def main() -> None:
 
 COMMANDS = (
     *(compare, demo, emulate, extract, extractors, info),
-    *(live, plot, record, simulate, slam, testbench),
+    *(live, noise, plot, record, simulate, slam, testbench),
 )
 
 for command in COMMANDS:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path, PurePath
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +12,7 @@ from laserfeatures import figures
 from laserfeatures.cli import extractor_list
 from laserfeatures.cli.compare_table import print_tables
 from laserfeatures.cli.info import Summary
+from laserfeatures.cli.noises import LOG, SCAN, Noises, noise_option
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import opened, progress, select, source_options
 from laserfeatures.comparison import Comparison, Failure
@@ -21,10 +22,18 @@ from laserfeatures.comparison.report import report
 from laserfeatures.comparison.to_html import to_html
 from laserfeatures.comparison.to_markdown import to_markdown
 
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
+
 POSES = {
     "none": "none",
     "odometry": "raw odometry, which drifts and slips",
     "corrected": "corrected by a SLAM program, which is no surveyed truth",
+}
+
+NOISES = {
+    LOG: "told from the log up to each scan",
+    SCAN: "told from each scan alone",
 }
 
 Save = Callable[[Document], None]
@@ -40,6 +49,7 @@ Save = Callable[[Document], None]
     help="Their names, each with its parameters after colons: "
     "ransac,direct_hough:preset=paper:theta_step=2deg. Else all.",
 )
+@noise_option
 @click.option(
     "--start", type=click.IntRange(min=0), default=0, metavar="N", help="First scan, from 0."
 )
@@ -56,6 +66,7 @@ Save = Callable[[Document], None]
 def compare(
     source: str,
     wanted: str | None,
+    noise: str,
     start: int,
     count: int | None,
     scan: int | None,
@@ -82,12 +93,12 @@ def compare(
         raise click.UsageError("--scan says what to draw in a report: it needs -o")
     extractors = extractor_list.make_all(wanted)
     with _report_file(output, source) as save:
-        scans, facts = _read(source, start, count, **reading)
+        scans, noises, facts = _read(source, start, count, noise, **reading)
         if scan is not None and not start <= scan < start + len(scans):
             last = start + len(scans) - 1
             raise click.UsageError(f"--scan {scan} is none of the scans read, {start} to {last}")
         with progress(scans, length=len(scans), to_stdout=False) as bar:
-            comparison = compare_extractors(extractors, bar, start=start)
+            comparison = compare_extractors(extractors, bar, noises=noises, start=start)
         _check_one_finished(comparison)
         print_tables(comparison, facts["source"], len(scans))
         if save:
@@ -96,16 +107,20 @@ def compare(
 
 
 def _read(
-    source: str, start: int, count: int | None, **reading: Any
-) -> tuple[list[lf.LaserScan], dict[str, str]]:
-    """Return the scans, and what is to be said about them."""
+    source: str, start: int, count: int | None, noise: str, **reading: Any
+) -> tuple[list[lf.LaserScan], list["RangeNoise | None"], dict[str, str]]:
+    """Return the scans, their noises, and what is to be said about them."""
+    told = Noises(noise)
     summary = Summary()
     with opened(source, **reading) as log:
-        scans = [scan for _, scan in select(log, source, start, count)]
-        for scan in scans:
+        scans, noises = [], []
+        for _, scan in select(told.told(log), source, start, count):
             summary.add(scan)
+            scans.append(scan)
+            noises.append(told.now)
         facts = {"source": PurePath(source).name, "format": log.format, **dict(summary.rows())}
-        return scans, facts | {"first scan": str(start), "poses": POSES[log.poses]}
+        facts |= {"first scan": str(start), "poses": POSES[log.poses], "noise": NOISES[noise]}
+        return scans, noises, facts
 
 
 def _check_one_finished(comparison: Comparison) -> None:

@@ -11,6 +11,7 @@ from typing import IO, Any
 import click
 
 from laserfeatures.cli import extractor as extractors
+from laserfeatures.cli.noises import Noises, noise_option
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import opened, progress, select, source_options
 from laserfeatures.records import COLUMNS, to_record, to_rows
@@ -23,6 +24,7 @@ Write = Callable[[dict[str, Any]], None]
 @click.command()
 @source_options
 @extractors.extractor_options
+@noise_option
 @click.option(
     "--start", type=click.IntRange(min=0), default=0, metavar="N", help="First scan, from 0."
 )
@@ -38,6 +40,7 @@ def extract(
     source: str,
     extractor: str,
     params: tuple[str, ...],
+    noise: str,
     start: int,
     count: int | None,
     output: str,
@@ -69,16 +72,19 @@ def extract(
       laserfeatures extract run.log.gz --start 100 --count 5 | jq '.corners | length'
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     pipeline = extractors.make(extractor, params)
+    noises = Noises(noise)
     with (
         _writer(output, source) as write,
         opened(source, **reading) as scans,
         progress(
-            select(scans, source, start, count), length=count, to_stdout=output == STDOUT
+            select(noises.told(scans), source, start, count),
+            length=count,
+            to_stdout=output == STDOUT,
         ) as selected,
     ):
         for index, scan in selected:
             with extractors.blamed(pipeline, index):
-                features = pipeline(scan)
+                features = pipeline(scan, noise=noises.now)
             write(to_record(features, index))
 
 

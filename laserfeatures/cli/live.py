@@ -12,6 +12,7 @@ import numpy as np
 from laserfeatures.cli import extractor as extractors
 from laserfeatures.cli import values
 from laserfeatures.cli.live_display import Block, Lines, Tally
+from laserfeatures.cli.noises import Noises, noise_option
 from laserfeatures.cli.ports import with_query
 from laserfeatures.cli.scans import opened
 from laserfeatures.drivers.host_clock import now
@@ -31,6 +32,7 @@ Write = Callable[[dict[str, Any]], None]
 @click.command()
 @click.argument("port")
 @extractors.extractor_options
+@noise_option
 @click.option("-o", "--output", type=click.Path(), help="Write the features of each scan, as JSON.")
 @click.option("--force", is_flag=True, help="Replace that file if it is there already.")
 @click.option("--seconds", type=values.Quantity("s"), help="How long; else to Ctrl-C.")
@@ -39,6 +41,7 @@ def live(
     port: str,
     extractor: str,
     params: tuple[str, ...],
+    noise: str,
     output: str | None,
     force: bool,
     seconds: float | None,
@@ -59,7 +62,7 @@ def live(
       laserfeatures live "replay:run.rec?speed=4"
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     pipeline = extractors.make(extractor, params)
-    _warm_up(pipeline)
+    _warm_up(pipeline, Noises(noise))
     replayed = port.startswith("replay:")
     address = with_query(port, seconds=seconds, reconnect=reconnect and not replayed)
     with _writer(output, force=force) as write, opened(address) as source:
@@ -70,27 +73,33 @@ def live(
             )
         tally = Tally(source.losses)
         try:
-            _run(source, pipeline, tally, write, _display(output))
+            _run(source, pipeline, Noises(noise), tally, write, _display(output))
         finally:  # the figures of a run that ends with an error count, too
             if tally.scans:
                 click.echo(f"laserfeatures: {tally.summary()}", err=True)
 
 
-def _warm_up(pipeline: "Pipeline") -> None:
+def _warm_up(pipeline: "Pipeline", noises: Noises) -> None:
     """Compile everything before the first scan comes."""
     world, path = hallway()
     rng = np.random.default_rng(0)
-    for index, pose in enumerate(path):
+    scans = [Scanner().scan(world, pose, rng) for pose in path]
+    for index, scan in enumerate(noises.told(scans)):
         with extractors.blamed(pipeline, index):
-            pipeline(Scanner().scan(world, pose, rng))
+            pipeline(scan, noise=noises.now)
 
 
 def _run(
-    source: LiveSource, pipeline: "Pipeline", tally: Tally, write: Write, show: Block | Lines
+    source: LiveSource,
+    pipeline: "Pipeline",
+    noises: Noises,
+    tally: Tally,
+    write: Write,
+    show: Block | Lines,
 ) -> None:
-    for index, scan in enumerate(source):
+    for index, scan in enumerate(noises.told(source)):
         with extractors.blamed(pipeline, index):
-            features = pipeline(scan)
+            features = pipeline(scan, noise=noises.now)
         tally.add(source.arrival, now())
         write(to_record(features, index))
         show(tally, features)

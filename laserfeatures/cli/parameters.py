@@ -45,7 +45,11 @@ class Parameter:
 def parameters_of(
     factory: Callable[..., Any], defaults: Mapping[str, Any] | None = None
 ) -> dict[str, Parameter]:
-    """Return the parameters of a factory by name; `defaults` take the place of its own."""
+    """Return the parameters of a factory by name; `defaults` take the place of its own.
+
+    They come in the order of the docstring, own ones before inherited ones; what no docstring
+    explains comes last.
+    """
     source = factory.func if isinstance(factory, functools.partial) else factory
     documented = _documented(source)
     kinds = _annotations(source)
@@ -64,7 +68,8 @@ def parameters_of(
             unit=None if text is None else unit[1] if unit else "",
             meaning=_UNIT.sub("", text or "", count=1),
         )
-    return found
+    order = [name for name in documented if name in found]
+    return {name: found[name] for name in dict.fromkeys([*order, *found])}
 
 
 def all_parameters(factory: Callable[..., Any]) -> dict[str, Parameter]:
@@ -139,19 +144,26 @@ def _value(name: str, key: str, text: str, known: Mapping[str, Parameter]) -> ob
 
 
 def _documented(source: Callable[..., Any]) -> dict[str, str]:
-    """Return each parameter's text in the docstring, with those of the classes it extends."""
+    """Return each parameter's text in the docstrings: its own first, then of what it extends."""
     found: dict[str, str] = {}
-    owners = reversed(source.__mro__) if isinstance(source, type) else [source]
-    for owner in owners:
-        section = _SECTION.search(inspect.cleandoc(owner.__doc__ or ""))
-        names: list[str] = []
-        for line in section[1].splitlines() if section else []:
-            if line[:1].strip():  # not indented: the head of an entry, "name, name : type"
-                names = [name.strip() for name in line.partition(":")[0].split(",")]
-                found.update(dict.fromkeys(names, ""))
-            else:
-                for name in names:
-                    found[name] = f"{found[name]} {line.strip()}".strip()
+    for owner in source.__mro__ if isinstance(source, type) else [source]:
+        for name, text in _section(owner.__doc__ or "").items():
+            found.setdefault(name, text)
+    return found
+
+
+def _section(docstring: str) -> dict[str, str]:
+    """Return each parameter's text in one docstring."""
+    found: dict[str, str] = {}
+    section = _SECTION.search(inspect.cleandoc(docstring))
+    names: list[str] = []
+    for line in section[1].splitlines() if section else []:
+        if line[:1].strip():  # not indented: the head of an entry, "name, name : type"
+            names = [name.strip() for name in line.partition(":")[0].split(",")]
+            found.update(dict.fromkeys(names, ""))
+        else:
+            for name in names:
+                found[name] = f"{found[name]} {line.strip()}".strip()
     return found
 
 

@@ -7,6 +7,7 @@ import click
 
 from laserfeatures import figures
 from laserfeatures.cli import extractor as extractors
+from laserfeatures.cli.noises import Noises, noise_option
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import opened, select, source_options
 
@@ -14,6 +15,7 @@ from laserfeatures.cli.scans import opened, select, source_options
 @click.command()
 @source_options
 @extractors.extractor_options
+@noise_option
 @click.option(
     "--scan", type=click.IntRange(min=0), required=True, metavar="N", help="Its number, from 0."
 )
@@ -23,6 +25,7 @@ def plot(
     source: str,
     extractor: str,
     params: tuple[str, ...],
+    noise: str,
     scan: int,
     output: str,
     accumulator: bool,
@@ -40,13 +43,14 @@ def plot(
     except ValueError as error:
         raise click.UsageError(f"-o: {error}") from error
     pipeline = extractors.make(extractor, params)
+    noises = Noises(noise)
     with complete_file(output, source, binary=True) as file:
         with opened(source, **reading) as scans:
-            index, chosen = next(select(scans, source, scan, 1))
+            index, chosen = next(select(noises.told(scans), source, scan, 1))
         votes = figures.accumulator_of(pipeline, chosen) if accumulator else None
         with extractors.blamed(pipeline, index):
-            features = pipeline(chosen)
-            removed = figures.removed_lines(pipeline, features)
+            features = pipeline(chosen, noise=noises.now)
+            removed = figures.removed_lines(pipeline, features, noise=noises.now)
         figure = figures.scan_figure(
             features,
             removed=removed,

@@ -12,6 +12,7 @@ import numpy as np
 import laserfeatures as lf
 from laserfeatures import figures
 from laserfeatures.cli import extractor as extractors
+from laserfeatures.cli.noises import Noises
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import opened, progress, select
 from laserfeatures.cli.slam_table import print_summary
@@ -30,6 +31,7 @@ from laserfeatures.slam import EkfSlam
 from laserfeatures.testbench.output import to_json
 
 if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
     from laserfeatures.pipeline import Pipeline
 
 HINTS = {
@@ -45,11 +47,12 @@ Save = Callable[[Run, Against | None, Mapping[str, Any]], None]
 
 
 class Posed(NamedTuple):
-    """A scan, its number in the log, and where the sensor was by odometry."""
+    """A scan, its number in the log, where the sensor was by odometry, and the ranges' noise."""
 
     number: int
     scan: lf.LaserScan
     odometry: lf.Pose2D
+    noise: "RangeNoise | None"
 
 
 def run(
@@ -57,6 +60,7 @@ def run(
     pipeline: "Pipeline",
     slam: EkfSlam,
     *,
+    noise: str,
     start: int,
     count: int | None,
     reference_file: str | None,
@@ -77,7 +81,7 @@ def run(
     _refuse_twice(folder, json_file, reference_file)
     with _saved(folder, json_file, source) as save:
         reference = read_reference(reference_file) if reference_file else None
-        scans, format_, notices = _read(source, start, count, **reading)
+        scans, format_, notices = _read(source, start, count, noise, **reading)
         pairs = _pairs(scans, reference) if reference else None
         found, said = _run(pipeline, slam, scans)
         notices += [*oddities(found.odometry, [each.number for each in scans]), *said]
@@ -94,7 +98,7 @@ def run(
 
 
 def _read(
-    source: str, start: int, count: int | None, **reading: Any
+    source: str, start: int, count: int | None, noise: str, **reading: Any
 ) -> tuple[list[Posed], str, list[str]]:
     """Return the scans that have odometry, the format, and what is odd about the others.
 
@@ -103,13 +107,16 @@ def _read(
     SourceError
         If there is none, or the log cannot be read.
     """
+    noises = Noises(noise)
     with (
         _hinted(source, reading),
         opened(source, poses="odometry", **reading) as log,
-        progress(select(log, source, start, count), length=count, to_stdout=False) as selected,
+        progress(
+            select(noises.told(log), source, start, count), length=count, to_stdout=False
+        ) as selected,
     ):
-        every = list(selected)
-        scans = [Posed(number, scan, scan.pose) for number, scan in every if scan.pose]
+        every = [(number, scan, noises.now) for number, scan in selected]
+        scans = [Posed(number, scan, scan.pose, now) for number, scan, now in every if scan.pose]
         if not scans:
             raise lf.SourceError(f"{source}: expected scans with odometry, got none with a pose")
         lost = len(every) - len(scans)
@@ -151,11 +158,12 @@ def _pairs(scans: list[Posed], reference: Reference) -> Matched:
 
 def _run(pipeline: "Pipeline", slam: EkfSlam, scans: list[Posed]) -> tuple[Run, list[str]]:
     """Return what SLAM makes of the scans, and what it says of itself on the way."""
-    numbers = {id(each.scan): each.number for each in scans}
+    known = {id(each.scan): each for each in scans}
 
     def extract(scan: lf.LaserScan) -> lf.Features:
-        with extractors.blamed(pipeline, numbers[id(scan)]):
-            return pipeline(scan)
+        each = known[id(scan)]
+        with extractors.blamed(pipeline, each.number):
+            return pipeline(scan, noise=each.noise)
 
     start = scans[0].odometry
     warm, recorder = Recorder(extract, replace(slam)), Recorder(extract, slam)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laserfeatures.cli import extractor as extractors
+from laserfeatures.cli.noises import noise_option
 from laserfeatures.cli.scans import source_options
 from laserfeatures.cli.slam_options import make_slam, slam_options
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 @click.command()
 @source_options
 @extractors.extractor_options
+@noise_option
 @slam_options
 @click.option(
     "--start", type=click.IntRange(min=0), default=0, metavar="N", help="First scan, from 0."
@@ -39,6 +41,7 @@ def run(
     source: str,
     extractor: str,
     params: tuple[str, ...],
+    noise: str,
     landmarks: str,
     association: str,
     motion: "Motion | None",
@@ -70,6 +73,7 @@ def run(
         source,
         extractors.make(extractor, params),
         make_slam(landmarks, association, motion, roughness),
+        noise=noise,
         start=start,
         count=count,
         reference_file=reference_file,
@@ -81,5 +85,6 @@ def run(
             "extractor_parameters": list(params),
             "landmark_kinds": landmarks,
             "association": association,
+            "noise": noise,
         },
     )

@@ -1,13 +1,17 @@
 """`compare`: extractors measured on the same scans."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.comparison.evidence import Curve, by_evidence
 from laserfeatures.comparison.matching import Repeatability, agreement, repeatability
 from laserfeatures.comparison.turns import Extractor, Failure, Run, run_in_turns
 from laserfeatures.data import LaserScan
+
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
 
 TOLERANCE = 0.2  # [m]
 
@@ -28,6 +32,8 @@ class Comparison:
         Row a, column b: share of the corners of run a that run b has too; nan where a has none.
     tolerance : float
         Greatest distance of corners that count as the same [m].
+    noises : sequence of RangeNoise or None
+        What the extractors were told of the noise of each scan.
     """
 
     outcomes: Mapping[str, Run | Failure]
@@ -35,6 +41,7 @@ class Comparison:
     evidence: Mapping[str, Mapping[str, Curve]]
     agreement: FloatArray
     tolerance: float
+    noises: "Sequence[RangeNoise | None]"
 
     @property
     def runs(self) -> dict[str, Run]:
@@ -56,6 +63,7 @@ def compare(
     extractors: Mapping[str, Extractor | Failure],
     scans: Iterable[LaserScan],
     *,
+    noises: "Sequence[RangeNoise | None] | None" = None,
     tolerance: float = TOLERANCE,
     start: int = 0,
 ) -> Comparison:
@@ -67,6 +75,9 @@ def compare(
         From a name to an extractor, or to why there is none: that is then its outcome.
     scans : iterable of LaserScan
         The scans in order, at least one. They are kept.
+    noises : sequence of RangeNoise or None, optional
+        The noise of each scan, such as a `NoiseModel` tells it; extractors are called with
+        ``noise=`` where there is one.
     tolerance : float
         Greatest distance of corners that count as the same [m].
     start : int
@@ -81,7 +92,7 @@ def compare(
         raise ValueError(f"tolerance must be > 0 m, got {tolerance!r}")
     kept: list[LaserScan] = []
     able = {name: each for name, each in extractors.items() if not isinstance(each, Failure)}
-    finished = run_in_turns(able, _keeping(scans, kept), start=start)
+    finished = run_in_turns(able, _keeping(scans, kept), noises=noises, start=start)
     if not kept:
         raise ValueError("expected at least one scan to compare on, got none")
     unable = {name: each for name, each in extractors.items() if isinstance(each, Failure)}
@@ -95,6 +106,7 @@ def compare(
         evidence={name: by_evidence(kept, run.corners, tolerance) for name, run in runs.items()},
         agreement=agreement([run.positions for run in runs.values()], tolerance),
         tolerance=tolerance,
+        noises=[None] * len(kept) if noises is None else noises,
     )
 
 

@@ -17,6 +17,7 @@ from laserfeatures.data import LaserScan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from laserfeatures.noise_model import RangeNoise
     from laserfeatures.pipeline import Pipeline
 
 MARKERS = "osD^vP*X"  # so that the curves can be told without colours
@@ -74,7 +75,11 @@ def growth_picture(found: Growth) -> Picture:
 
 
 def scan_pictures(
-    extractors: Mapping[str, "Pipeline"], scan: LaserScan, number: int
+    extractors: Mapping[str, "Pipeline"],
+    scan: LaserScan,
+    number: int,
+    *,
+    noise: "RangeNoise | None" = None,
 ) -> list[Picture]:
     """Return one picture for each extractor of what it finds in a scan.
 
@@ -86,6 +91,8 @@ def scan_pictures(
         The scan.
     number : int
         Its number in the log.
+    noise : RangeNoise, optional
+        The noise of its ranges, if the extractors are to be told.
 
     Raises
     ------
@@ -96,9 +103,9 @@ def scan_pictures(
     width, height = 4.4 * (limits[1] - limits[0]) / (limits[1] - limits[0]).max()
     pictures = []
     for position, (name, extractor) in enumerate(extractors.items(), 1):
-        features = extractor(scan)
+        features = extractor(scan, noise=noise)
         figure = figures.new_figure(width + 0.8, height + 0.8)
-        removed = figures.removed_lines(extractor, features)
+        removed = figures.removed_lines(extractor, features, noise=noise)
         figures.draw_scan(figure.add_subplot(), features, removed=removed, limits=limits)
         lines, corners = len(features.lines), len(features.corners)
         counts = f"{lines} line{'s' * (lines != 1)}, {corners} corner{'s' * (corners != 1)}"

@@ -111,7 +111,11 @@ def report(
         *_grown(able, scans),
         Heading("The same scan, seen by each"),
         Paragraph(_flat(DRAWN.format(number=number))),
-        Gallery(scan_pictures(able, scans[number - start], number)),
+        Gallery(
+            scan_pictures(
+                able, scans[number - start], number, noise=comparison.noises[number - start]
+            )
+        ),
         Heading("What was run"),
         facts_table({**source, **machine(), "date": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}),
         *(Code(name, repr(extractor)) for name, extractor in extractors.items()),

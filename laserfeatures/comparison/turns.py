@@ -5,17 +5,22 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, repeat
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.data import Features, LaserScan, PointFeatures
 
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
+
 TURN = 20  # scans
 LONGEST_MESSAGE = 300  # characters: a plugin may say anything
 
-Extractor = Callable[[LaserScan], Features]
+Extractor = Callable[..., Features]  # of a scan, and of its noise where that is told
+Numbered = tuple[int, LaserScan, "RangeNoise | None"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -77,7 +82,11 @@ class Failure:
 
 
 def run_in_turns(
-    extractors: Mapping[str, Extractor], scans: Iterable[LaserScan], *, start: int = 0
+    extractors: Mapping[str, Extractor],
+    scans: Iterable[LaserScan],
+    *,
+    noises: "Iterable[RangeNoise | None] | None" = None,
+    start: int = 0,
 ) -> dict[str, Run | Failure]:
     """Run every extractor once on every scan, and time it.
 
@@ -92,6 +101,8 @@ def run_in_turns(
         From a name to an extractor.
     scans : iterable of LaserScan
         The scans, taken one turn at a time.
+    noises : iterable of RangeNoise or None, optional
+        The noise of each scan, which the extractors are told as ``noise=``; None: they are not.
     start : int
         Number of the first scan, for messages.
 
@@ -101,7 +112,8 @@ def run_in_turns(
         By name. An extractor that raises is not called again, and what it found before is dropped.
     """
     turns = {name: _Turns(extractor) for name, extractor in extractors.items()}
-    numbered = enumerate(scans, start)
+    told = zip(scans, repeat(None) if noises is None else noises, strict=noises is not None)
+    numbered = ((number, scan, noise) for number, (scan, noise) in enumerate(told, start))
     while turn := list(islice(numbered, TURN)):
         for own in turns.values():
             own.take(turn)
@@ -116,27 +128,30 @@ class _Turns:
     seconds: list[float] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     corners: list[PointFeatures] = field(default_factory=list)
-    before: list[tuple[int, LaserScan]] = field(default_factory=list)
+    before: list[Numbered] = field(default_factory=list)
     failure: Failure | None = None
 
-    def take(self, turn: list[tuple[int, LaserScan]]) -> None:
+    def take(self, turn: list[Numbered]) -> None:
         """Run on the scans of one turn, each given with its number."""
         if self.failure:
             return
         with _no_collection():
-            for number, scan in self.before or turn:
-                self._call(number, scan)
-            for number, scan in turn:
-                self._call(number, scan, counted=True)
+            for each in self.before or turn:
+                self._call(*each)
+            for each in turn:
+                self._call(*each, counted=True)
         self.before = turn[-1:]
 
-    def _call(self, number: int, scan: LaserScan, *, counted: bool = False) -> None:
+    def _call(
+        self, number: int, scan: LaserScan, noise: "RangeNoise | None", *, counted: bool = False
+    ) -> None:
         if self.failure:
             return
         again = replace(scan)  # nothing cached
+        told = {} if noise is None else {"noise": noise}
         try:
             before = time.perf_counter()
-            features = self.extractor(again)
+            features = self.extractor(again, **told)
             seconds = time.perf_counter() - before
         except Exception as error:  # noqa: BLE001 - a plugin may raise anything
             self.failure = Failure(error=error, scan=number)

@@ -3,15 +3,18 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan, LineSegments
 from laserfeatures.engine.explain import explain, prepare
-from laserfeatures.engine.partition import COLUMNS, Limits
+from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.segments import line_segments
+
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
 
 ALWAYS_WIDE = 0.1  # [m]; beams of a laser scanner are never that far apart at 1 m
 NOTHING = np.empty((COLUMNS, 0))
@@ -26,12 +29,13 @@ class WallDetector:
     Parameters
     ----------
     range_sigma : float or None
-        Standard deviation of a range [m]. None: estimated from each scan, with what follows.
+        Standard deviation of a range [m]. None: estimated from each scan, with what
+        follows, or told by a `NoiseModel`.
     range_sigma_relative : float or None
         What that grows by with the range, as a share of it; both add up as squares. None: 0 where
         `range_sigma` is given.
-    roughness : float
-        Standard deviation of walls from planes [m].
+    roughness : float or None
+        Standard deviation of walls from planes [m]. None: 0, or what a `NoiseModel` tells.
     min_points : int
         Points that a wall has at least.
     max_missed : int
@@ -50,7 +54,7 @@ class WallDetector:
 
     range_sigma: float | None = None
     range_sigma_relative: float | None = None
-    roughness: float = 0.0
+    roughness: float | None = None
     rounds: ClassVar[int] = 1
     longest: ClassVar[int] = 48
 
@@ -72,7 +76,7 @@ class WallDetector:
                     f"range_sigma_relative {relative!r} needs a range_sigma beside it, got None: "
                     "give both, or none and they are estimated"
                 )
-        if not 0 <= self.roughness <= 1:
+        if self.roughness is not None and not 0 <= self.roughness <= 1:
             raise ValueError(f"roughness must be in [0, 1] m, got {self.roughness!r}")
         if not self.min_points >= 3:
             raise ValueError(f"min_points must be >= 3, got {self.min_points!r}")
@@ -83,18 +87,27 @@ class WallDetector:
         if not self.max_pole_radius >= 0:
             raise ValueError(f"max_pole_radius must be >= 0 m, got {self.max_pole_radius!r}")
 
-    def __call__(self, scan: LaserScan) -> LineSegments:
-        """Return the walls of `scan` and the segments seen of each."""
+    def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> LineSegments:
+        """Return the walls of `scan` and the segments seen of each.
+
+        `noise` is that of its ranges, where it is known (see `NoiseModel`); parameters count more.
+        """
         check_gap(scan, self.max_gap)
-        table = self.prepared(scan)
+        table = self.prepared(scan, noise)
         lines = self.propose(table)
         found = explain(table, lines, scan.ring, len(scan), self._limits, self.rounds)
         return line_segments(found)
 
-    def prepared(self, scan: LaserScan) -> FloatArray:
+    def prepared(self, scan: LaserScan, noise: "RangeNoise | None" = None) -> FloatArray:
         """Return the table of the returns of `scan` (see `Sequence`)."""
+        sigma, relative, roughness = self._noise
+        if noise is not None and self.range_sigma is None:
+            sigma, relative = noise.sigma, noise.relative
+            if self.roughness is None:
+                roughness = noise.roughness
         limits = (scan.range_min, scan.range_max)
-        return prepare(scan.directions, scan.ranges, limits, scan.ring, *self._noise)[0]
+        told = (sigma, relative, roughness)
+        return prepare(scan.directions, scan.ranges, limits, scan.ring, *told)[0]
 
     def propose(self, table: FloatArray) -> FloatArray:  # noqa: ARG002
         """Return the lines to explain a scan by, (COLUMNS, K); none: all are looked for."""
@@ -103,11 +116,12 @@ class WallDetector:
     @cached_property
     def _noise(self) -> tuple[float, float, float]:
         sigma = -1.0 if self.range_sigma is None else float(self.range_sigma)
-        return sigma, float(self.range_sigma_relative or 0.0), float(self.roughness)
+        return sigma, float(self.range_sigma_relative or 0.0), float(self.roughness or 0.0)
 
     @cached_property
-    def _limits(self) -> Limits:
-        return Limits(
+    def _limits(self) -> tuple[int, int, float, float, int]:
+        """`Limits` as a plain tuple, which numba takes fast."""
+        return (
             int(self.min_points), int(self.max_missed), float(self.max_gap),
             float(self.max_pole_radius), self.longest,
         )  # fmt: skip

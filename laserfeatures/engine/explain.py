@@ -17,10 +17,10 @@ import numpy as np
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.compiled import helper, kernel
 from laserfeatures.engine.noise import estimate_noise
-from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, partition
+from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, as_limits, partition
+from laserfeatures.engine.prices import PRICE, RETURN_PRICE
 from laserfeatures.engine.segments import Found, cut_walls
 from laserfeatures.engine.sequence import (
-    DOUBLED,
     OPEN,
     Noise,
     Sequence,
@@ -40,7 +40,6 @@ from laserfeatures.engine.walls import (
     merge_collinear,
     part_at_corners,
     prune,
-    roughness_of,
     weigh_evidence,
 )
 
@@ -75,7 +74,7 @@ def prepare(
 
 @kernel
 def explain(
-    table: FloatArray, proposed: FloatArray, ring: int, beams: int, limits: Limits, rounds: int
+    table: FloatArray, proposed: FloatArray, ring: int, beams: int, bounds: tuple[int, int, float, float, int], rounds: int
 ) -> Found:
     """Return the lines and segments that explain a scan's returns.
 
@@ -89,21 +88,24 @@ def explain(
         How the beams go round.
     beams : int
         Number of beams of the scan.
-    limits : Limits
-        What a wall may be.
+    bounds : tuple
+        What a wall may be, as `Limits`.
     rounds : int
         How often all is explained again with the walls found before.
     """
-    period = beams - 1 if ring == DOUBLED else beams
+    limits = as_limits(bounds)
     points = as_sequence(table)
-    label, walls = settle(points, proposed, limits)
+    sums = running_sums(points)
+    label, walls = settle(points, sums, proposed, PRICE, limits)
     start = better_seam(points, label) if ring != OPEN else 0
     if start > 0:
-        points = as_sequence(turned(table, start, period))
+        points = as_sequence(turned(table, start, beams))
+        sums = running_sums(points)
         rounds = max(rounds, 1)
     for round_ in range(rounds):
         everywhere = label.size if round_ == 0 and start > 0 else 0
-        label, walls = settle(points, as_proposed(walls, limits.min_points, everywhere), limits)
+        lines = as_proposed(walls, limits.min_points, everywhere)
+        label, walls = settle(points, sums, lines, RETURN_PRICE, limits)
     # 6. Part walls at their corners.
     for _ in range(PARTINGS):
         part_at_corners(points, label, walls)
@@ -111,25 +113,28 @@ def explain(
     walls = walls[: prune(label, walls, limits.min_points)]
     # 7. Weigh evidence, inflate covariances.
     weigh_evidence(points, label, walls)
-    inflate_covariances(walls, roughness_of(points, label, walls))
+    inflate_covariances(points, walls)
     # 8. Cut the lines into segments.
-    return cut_walls(points, label, walls, beams, period, limits)
+    return cut_walls(points, label, walls, beams, limits)
 
 
 @helper
-def settle(points: Sequence, lines: FloatArray, limits: Limits) -> tuple[IntArray, Walls]:
+def settle(
+    points: Sequence, sums: FloatArray, lines: FloatArray, price: float, limits: Limits
+) -> tuple[IntArray, Walls]:
     """Explain the returns by some lines and others, fit the walls and merge those on one line."""
     label = np.empty(points.x.size, np.int64)
     known = as_candidates(lines)
     # 4. Explain all returns at the least cost.
-    walls = np.zeros(partition(points, running_sums(points), known, limits, label), WALL)
+    walls = np.zeros(partition(points, sums, known, price, limits, label), WALL)
     for k in range(known.c.size):
         walls[k].c = known.c[k]
         walls[k].s = known.s[k]
         walls[k].d = known.d[k]
     # 5. Fit the walls, merge collinear ones.
     free_outliers(points, label, walls, known.c.size)
-    fit_walls(points, label, walls, False)
+    if walls.size > known.c.size:  # new ones have no incidence yet
+        fit_walls(points, label, walls, False)
     fit_walls(points, label, walls, True)
     merge_collinear(points, label, walls)
     return label, walls

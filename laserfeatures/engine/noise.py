@@ -29,7 +29,7 @@ def estimate_noise(points: Sequence) -> Noise:
     variance, square, least, mean = stretches(points)
     if variance.size < FEWEST:
         return Noise(max(UNKNOWN * mean, math.sqrt(least)), 0.0, 0.0)
-    constant, growing = fit_noise(variance, square, least)
+    constant, growing = fit_noise(variance, square, np.ones(variance.size), least)
     return Noise(math.sqrt(constant), math.sqrt(growing), 0.0)
 
 
@@ -92,9 +92,14 @@ def scatter(points: Sequence, i: int) -> tuple[float, float]:
 
 
 @helper
-def fit_noise(variance: FloatArray, square: FloatArray, least: float) -> tuple[float, float]:
-    """Return sigma^2 and relative^2 of stretches' variances and mean squared ranges."""
-    constant = max(np.sort(variance)[int(LOW * variance.size)] / 0.6, least)
+def fit_noise(
+    variance: FloatArray, square: FloatArray, count: FloatArray, least: float
+) -> tuple[float, float]:
+    """Return sigma^2 and relative^2 of stretches' variances and mean squared ranges.
+
+    `count` tells how many stretches each of these stands for.
+    """
+    constant = max(low_quantile(variance, count) / 0.6, least)
     growing = 0.0
     for _ in range(ROUNDS):
         n = r = rr = v = vr = 0.0
@@ -102,7 +107,7 @@ def fit_noise(variance: FloatArray, square: FloatArray, least: float) -> tuple[f
             expected = constant + growing * square[k]
             off = math.log(variance[k] / expected) / WIDTH
             if abs(off) < 1.0:
-                weight = ((1.0 - off * off) / expected) ** 2
+                weight = count[k] * ((1.0 - off * off) / expected) ** 2
                 n += weight
                 r += weight * square[k]
                 rr += weight * square[k] * square[k]
@@ -118,3 +123,15 @@ def fit_noise(variance: FloatArray, square: FloatArray, least: float) -> tuple[f
             growing = (vr * n - v * r) / det if constant > 0.0 else vr / rr
         constant = max(constant, least)
     return constant, growing
+
+
+@helper
+def low_quantile(variance: FloatArray, count: FloatArray) -> float:
+    """Return the variance that the share `LOW` of the stretches stays below."""
+    order = np.argsort(variance)
+    below = LOW * count.sum()
+    at = 0
+    while at < order.size - 1 and count[order[at]] <= below:
+        below -= count[order[at]]
+        at += 1
+    return float(variance[order[at]])

@@ -13,13 +13,13 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.engine.arcs import SHORTEST_ARC, arc_misfit
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, inlined
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import wall_misfit
 
 OBLIQUE = 2.0  # price per log(1 / cos^2 of the incidence): few lines point at the sensor
-DOUBT = 9.0  # what candidates leave unexplained before other walls are looked for
+DOUBT = 9.0
 DOUBTFUL = 3.0  # chi squared of a return from which its candidate leaves a doubt
 PAD = 8  # returns on either side of a candidate's own that it may explain
 RECENT = 8  # returns after which starts are thinned out: each time twice as sparse
@@ -51,6 +51,12 @@ class Candidates(NamedTuple):
     last: FloatArray
 
 
+@helper
+def as_limits(limits: tuple[int, int, float, float, int]) -> Limits:
+    """Name what Python passes as a plain tuple: a named one takes it 60 microseconds."""
+    return Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
+
+
 COLUMNS = len(Candidates._fields)
 
 
@@ -60,118 +66,116 @@ def as_candidates(table: FloatArray) -> Candidates:
     return Candidates(table[0], table[1], table[2], table[3], table[4])
 
 
-class Best(NamedTuple):
-    """The cheapest explanation of the first j returns, (P + 1,) arrays."""
-
-    cost: FloatArray
-    start: IntArray  # where its last piece begins
-    kind: IntArray  # what that is
-    line: IntArray  # and on which candidate
-
-
 @helper
 def partition(
-    points: Sequence, sums: FloatArray, lines: Candidates, limits: Limits, label: IntArray
+    points: Sequence,
+    sums: FloatArray,
+    lines: Candidates,
+    price: float,
+    limits: Limits,
+    label: IntArray,
 ) -> int:
     """Label each return with its wall, `STRAY` or `ARC`; return the number of walls.
 
     Walls count on from the candidates, whose own numbers may remain without returns.
     """
     n = points.x.size
-    best = Best(
-        np.empty(n + 1), np.empty(n + 1, np.int64), np.empty(n + 1, np.int64),
-        np.empty(n + 1, np.int64),
-    )  # fmt: skip
-    best.cost[0] = 0.0
-    known = lines.c.size
-    order = np.argsort(lines.first)
+    cost = np.empty(n + 1)  # of the cheapest explanation of the first j returns
+    start = np.empty(n + 1, np.int64)  # where its last piece begins
+    kind = np.empty(n + 1, np.int64)  # what that is
+    line = np.empty(n + 1, np.int64)  # and on which candidate
+    cost[0] = 0.0
+    # Taken out of their tuples once: in the loop, that would count references each time.
+    jump = points.jump
+    first, last, c, s, d = lines.first, lines.last, lines.c, lines.s, lines.d
+    x, y, ux, uy = points.x, points.y, points.ux, points.uy
+    variance, floor = points.variance, points.floor
+    known = first.size
+    order = np.argsort(first)
     active = np.empty(known, np.int64)  # the candidates that may explain the return at hand
     through = np.empty(known)  # cost of the cheapest explanation that ends on each
     entered = np.empty(known, np.int64)
     doubt = np.zeros(n + 1)
     starts = np.empty(n + 1, np.int64)
+    min_points = limits.min_points
+    needed = DOUBT if known > 0 else -1.0
     near = coming = alive = edge = 0
     for j in range(1, n + 1):
         i = j - 1
-        best.cost[j] = best.cost[i] + STRAY_PRICE
-        best.start[j] = i
-        best.kind[j] = AS_STRAY
-        while coming < known and lines.first[order[coming]] - PAD <= i:
+        cost[j] = cost[i] + STRAY_PRICE
+        start[j] = i
+        kind[j] = AS_STRAY
+        while coming < known and first[order[coming]] - PAD <= i:
             active[near] = order[coming]
             through[order[coming]] = math.inf
             near += 1
             coming += 1
-        near, left = follow_lines(points, lines, active, near, through, entered, i, best)
-        doubt[j] = doubt[i] + max(left - DOUBTFUL, 0.0)
+        least = STRAY_PRICE
+        kept = 0
+        for a in range(near):
+            k = active[a]
+            if i >= last[k] + PAD:
+                continue
+            active[kept] = k
+            kept += 1
+            off = x[i] * c[k] + y[i] * s[k] - d[k]
+            cosine = ux[i] * c[k] + uy[i] * s[k]
+            chi2 = off * off / (variance[i] * (cosine * cosine + floor[i]))
+            least = min(least, chi2)
+            if cost[i] + price < through[k]:
+                through[k] = cost[i] + price
+                entered[k] = i
+            through[k] += min(chi2, STRAY_PRICE)  # an outlier is no end of a wall
+            if through[k] < cost[j]:
+                cost[j] = through[k]
+                start[j] = entered[k]
+                kind[j] = AS_LINE
+                line[j] = k
+        near = kept
+        doubt[j] = doubt[i] + max(least - DOUBTFUL, 0.0)
         starts[alive] = i
         alive += 1
-        needed = DOUBT if known > 0 else -1.0
-        alive = end_wall(points, sums, limits, starts, alive, doubt, needed, j, best)
-        if j == n or points.jump[j] > 0.0:
-            if limits.max_pole_radius > 0.0 and j - edge >= SHORTEST_ARC:
-                cost = best.cost[edge] + ARC_PRICE
-                if cost < best.cost[j]:
-                    cost += arc_misfit(points, edge, j, limits.max_pole_radius)
-                if cost < best.cost[j]:
-                    best.cost[j] = cost
-                    best.start[j] = edge
-                    best.kind[j] = AS_ARC
+        if j - starts[0] >= min_points and doubt[j] - doubt[starts[0]] >= needed:
+            alive = end_wall(sums, jump, limits, starts, alive, doubt, needed, j, cost, start, kind)
+        if j == n or jump[j] > 0.0:
+            end_arc(points, limits.max_pole_radius, edge, j, cost, start, kind)
             edge = j
-    return trace(best, known, label)
+    return trace(start, kind, line, known, label)
 
 
 @helper
-def follow_lines(
+def end_arc(
     points: Sequence,
-    lines: Candidates,
-    active: IntArray,
-    near: int,
-    through: FloatArray,
-    entered: IntArray,
+    max_radius: float,
     i: int,
-    best: Best,
-) -> tuple[int, float]:
-    """Take return i along the candidates; return how many go on, and the least chi squared."""
-    x = points.x[i]
-    y = points.y[i]
-    ux = points.ux[i]
-    uy = points.uy[i]
-    least = STRAY_PRICE
-    enter = best.cost[i] + PRICE
-    kept = 0
-    for a in range(near):
-        k = active[a]
-        if i >= lines.last[k] + PAD:
-            continue
-        active[kept] = k
-        kept += 1
-        off = x * lines.c[k] + y * lines.s[k] - lines.d[k]
-        cosine = ux * lines.c[k] + uy * lines.s[k]
-        chi2 = off * off / (points.variance[i] * (cosine * cosine + points.floor[i]))
-        least = min(least, chi2)
-        if enter < through[k]:
-            through[k] = enter
-            entered[k] = i
-        through[k] += min(chi2, STRAY_PRICE)  # an outlier is no end of a wall
-        if through[k] < best.cost[i + 1]:
-            best.cost[i + 1] = through[k]
-            best.start[i + 1] = entered[k]
-            best.kind[i + 1] = AS_LINE
-            best.line[i + 1] = k
-    return kept, least
+    j: int,
+    cost: FloatArray,
+    start: IntArray,
+    kind: IntArray,
+) -> None:
+    """Try a round object of the returns i..j-1, between two jumps."""
+    if max_radius == 0.0 or j - i < SHORTEST_ARC or cost[i] + ARC_PRICE >= cost[j]:
+        return
+    whole = cost[i] + ARC_PRICE + arc_misfit(points, i, j, max_radius)
+    if whole < cost[j]:
+        cost[j] = whole
+        start[j] = i
+        kind[j] = AS_ARC
 
 
-@helper
+@inlined
 def end_wall(
-    points: Sequence,
     sums: FloatArray,
+    jump: FloatArray,
     limits: Limits,
     starts: IntArray,
     alive: int,
     doubt: FloatArray,
     needed: float,
     j: int,
-    best: Best,
+    cost: FloatArray,
+    start: IntArray,
+    kind: IntArray,
 ) -> int:
     """Try walls that end before return j; return how many starts remain worth a try."""
     kept = a = 0
@@ -184,17 +188,17 @@ def end_wall(
         if age > limits.longest:
             continue
         misfit, oblique = wall_misfit(sums, i, j)
-        cost = best.cost[i] + misfit
-        if cost + PRICE < best.cost[j]:
-            whole = cost + PRICE + OBLIQUE * math.log(oblique)
-            if whole < best.cost[j]:
-                best.cost[j] = whole
-                best.start[j] = i
-                best.kind[j] = AS_WALL
-        if cost >= best.cost[j]:
+        through = cost[i] + misfit
+        if through + PRICE < cost[j]:
+            whole = through + PRICE + OBLIQUE * math.log(oblique)
+            if whole < cost[j]:
+                cost[j] = whole
+                start[j] = i
+                kind[j] = AS_WALL
+        if through >= cost[j]:
             continue  # whatever comes, a start at j does better
-        if age > RECENT and points.jump[i] == 0.0:
-            if cost >= best.cost[j] - BEHIND:
+        if age > RECENT and jump[i] == 0.0:
+            if through >= cost[j] - BEHIND:
                 continue
             step = 1
             while age > RECENT:
@@ -214,18 +218,20 @@ def end_wall(
 
 
 @helper
-def trace(best: Best, known: int, label: IntArray) -> int:
+def trace(
+    start: IntArray, kind: IntArray, line: IntArray, known: int, label: IntArray
+) -> int:
     """Follow the cheapest explanation back and label the returns; return the number of walls."""
     j = label.size
     count = known
     while j > 0:
-        i = best.start[j]
+        i = start[j]
         wall = STRAY
-        if best.kind[j] == AS_LINE:
-            wall = best.line[j]
-        elif best.kind[j] == AS_ARC:
+        if kind[j] == AS_LINE:
+            wall = line[j]
+        elif kind[j] == AS_ARC:
             wall = ARC
-        elif best.kind[j] == AS_WALL:
+        elif kind[j] == AS_WALL:
             wall = count
             count += 1
         for m in range(i, j):

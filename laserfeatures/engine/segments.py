@@ -46,7 +46,6 @@ def cut_segments(
     y: FloatArray,
     beam: IntArray,
     beams: int,
-    period: int,
     theta: FloatArray,
     d: FloatArray,
     line: IntArray,
@@ -59,8 +58,8 @@ def cut_segments(
 
     Parameters
     ----------
-    beams, period : int
-        Number of beams of the scan, and of a turn: in a ring `beam` counts on past the last.
+    beams : int
+        Number of beams of the scan; in a ring `beam` goes on counting past the last.
     theta, d : (L,) arrays
         The lines.
     line, member : (M,) int arrays
@@ -114,7 +113,7 @@ def cut_segments(
             i = member[m]
             error = x[i] * c + y[i] * s - d[k]
             square += error * error
-            points[j, beam[i] % period] = True
+            points[j, beam[i] % beams] = True
         of_line[j] = k
         support[j] = ends[j + 1] - ends[j]
         rms[j] = math.sqrt(square / support[j])
@@ -128,7 +127,7 @@ def cut_segments(
 
 @helper
 def cut_walls(
-    points: Sequence, label: IntArray, walls: Walls, beams: int, period: int, limits: Limits
+    points: Sequence, label: IntArray, walls: Walls, beams: int, limits: Limits
 ) -> Found:
     """Cut walls into segments; return what `line_segments` takes."""
     count = walls.size
@@ -152,7 +151,7 @@ def cut_walls(
             member[place[k]] = i
             place[k] += 1
     segments = cut_segments(
-        points.x, points.y, beam, beams, period, theta, d, line, member, limits.max_missed,
+        points.x, points.y, beam, beams, theta, d, line, member, limits.max_missed,
         limits.max_gap, MAX_GROWTH,
     )  # fmt: skip
     return pack(theta, walls, segments)

@@ -11,6 +11,9 @@ from laserfeatures.compiled import helper
 OPEN, RING, DOUBLED = range(3)  # a scan's beams end, go round, or go round with the first twice
 GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that is a jump
 NOISES = 5.0  # standard deviations of a step that noise may make
+MISSED = 4  # beams without a return beyond which the next one jumps, too
+OFTEN = 8  # beams that show one and the same range
+STEPS = 4.0  # of the ranges' resolution by which a wall differs from a constant
 LONE = 2.0  # a stray return is this many times as far from its neighbours as they from each other
 
 # What does not vanish of the range variance where a wall is met at grazing incidence: the width
@@ -63,11 +66,9 @@ def in_order(
         if limits[0] <= ranges[i] < limits[1] and 0.0 < ranges[i] < math.inf:
             valid[count] = i
             count += 1
-    period = beams
-    if ring == DOUBLED:
-        period = beams - 1
-        if count > 1 and valid[0] == 0 and valid[count - 1] == period:
-            count -= 1  # the same direction counts once
+    count = without_constant(directions, ranges, valid, count)
+    if ring == DOUBLED and count > 1 and valid[0] == 0 and valid[count - 1] == beams - 1:
+        count -= 1  # the same direction counts once
     start = 0
     if ring != OPEN and count > 0:
         start = seam(directions, ranges, valid[:count])
@@ -78,7 +79,7 @@ def in_order(
         turn = 0
         if at >= count:
             at -= count
-            turn = period
+            turn = beams
         i = valid[at]
         points.x[m] = ranges[i] * directions[i, 0]
         points.y[m] = ranges[i] * directions[i, 1]
@@ -86,6 +87,39 @@ def in_order(
         points.uy[m] = directions[i, 1]
         points.beam[m] = i + turn
     return table
+
+
+@helper
+def without_constant(
+    directions: FloatArray, ranges: FloatArray, valid: IntArray, count: int
+) -> int:
+    """Take the returns of the largest range out of `valid` where that stands for no return.
+
+    It does where it comes so often that no wall could give it: one that is met head on at r is
+    farther by r turn^2 / 8 at the ends of a turn. Returns how many are left.
+    """
+    farthest = before = 0.0
+    resolution = math.inf
+    for m in range(count):
+        r = ranges[valid[m]]
+        farthest = max(farthest, r)
+        change = abs(r - before)
+        if 1e-9 * r < change < resolution:
+            resolution = change
+        before = r
+    constant = 0
+    for m in range(count):
+        constant += ranges[valid[m]] == farthest
+    if constant < OFTEN:
+        return count
+    step = directions[0, 0] * directions[1, 1] - directions[0, 1] * directions[1, 0]
+    if farthest * (constant * step) ** 2 / 8.0 <= STEPS * resolution:
+        return count
+    left = 0
+    for m in range(count):
+        valid[left] = valid[m]
+        left += ranges[valid[m]] < farthest
+    return left
 
 
 @helper
@@ -129,7 +163,8 @@ def weigh(points: Sequence, noise: Noise) -> None:
         if i > 0:
             cross = points.ux[i - 1] * points.uy[i] - points.uy[i - 1] * points.ux[i]
             step = abs(r - before) - GRAZING * min(r, before) * abs(cross)
-            if step <= 0.0 or step * step <= NOISES * NOISES * (variance + points.variance[i - 1]):
+            near = step <= 0.0 or step**2 <= NOISES**2 * (variance + points.variance[i - 1])
+            if near and points.beam[i] - points.beam[i - 1] <= MISSED:
                 points.jump[i] = 0.0
         before = r
 
@@ -168,12 +203,12 @@ def step_jumps(points: Sequence, i: int, j: int) -> float:
     s = points.x[j] * points.ux[j] + points.y[j] * points.uy[j]
     cross = points.ux[i] * points.uy[j] - points.uy[i] * points.ux[j]
     step = abs(s - r) - GRAZING * min(r, s) * abs(cross)
-    noise = NOISES * NOISES * (points.variance[i] + points.variance[j])
-    return 0.0 if step <= 0.0 or step * step <= noise else 1.0
+    near = step <= 0.0 or step**2 <= NOISES**2 * (points.variance[i] + points.variance[j])
+    return 0.0 if near and points.beam[j] - points.beam[i] <= MISSED else 1.0
 
 
 @helper
-def turned(table: FloatArray, start: int, period: int) -> FloatArray:
+def turned(table: FloatArray, start: int, beams: int) -> FloatArray:
     """Return the table of a ring begun at another return."""
     n = table.shape[1]
     out = np.empty((ROWS, n))
@@ -181,7 +216,7 @@ def turned(table: FloatArray, start: int, period: int) -> FloatArray:
         for i in range(n):
             out[row, i] = table[row, (i + start) % n]
     for i in range(n - start, n):
-        out[ROWS - 1, i] += period
+        out[ROWS - 1, i] += beams
     out[ROWS - 2, n - start] = step_jumps(as_sequence(out), n - start - 1, n - start)
     out[ROWS - 2, 0] = 1.0
     return out

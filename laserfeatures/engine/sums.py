@@ -25,21 +25,20 @@ def running_sums(points: Sequence) -> FloatArray:
     """Return the table of sums, (P + 1, COLUMNS); a stretch i..j-1 has row j less row i."""
     n = points.x.size
     sums = np.empty((n + 1, COLUMNS))
-    sums[0] = 0.0
+    for column in range(COLUMNS):
+        sums[0, column] = 0.0
     for i in range(n):
         x = points.x[i]
         y = points.y[i]
         w = points.weight[i]
-        now = sums[i]
-        after = sums[i + 1]
-        after[W] = now[W] + w
-        after[X] = now[X] + w * x
-        after[Y] = now[Y] + w * y
-        after[XX] = now[XX] + w * x * x
-        after[XY] = now[XY] + w * x * y
-        after[YY] = now[YY] + w * y * y
-        after[INVERSE] = now[INVERSE] + 1.0 / points.variance[i]
-        after[FLOOR] = now[FLOOR] + points.floor[i] / points.variance[i]
+        sums[i + 1, W] = sums[i, W] + w
+        sums[i + 1, X] = sums[i, X] + w * x
+        sums[i + 1, Y] = sums[i, Y] + w * y
+        sums[i + 1, XX] = sums[i, XX] + w * x * x
+        sums[i + 1, XY] = sums[i, XY] + w * x * y
+        sums[i + 1, YY] = sums[i, YY] + w * y * y
+        sums[i + 1, INVERSE] = sums[i, INVERSE] + 1.0 / points.variance[i]
+        sums[i + 1, FLOOR] = sums[i, FLOOR] + points.floor[i] / points.variance[i]
     return sums
 
 
@@ -49,14 +48,12 @@ def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
 
     That is the inverse of the mean squared cosine of the incidence. Both are inf where there is no line.
     """
-    low = sums[i]
-    high = sums[j]
-    w = high[W] - low[W]
-    x = high[X] - low[X]
-    y = high[Y] - low[Y]
-    xx = high[XX] - low[XX]
-    xy = high[XY] - low[XY]
-    yy = high[YY] - low[YY]
+    w = sums[j, W] - sums[i, W]
+    x = sums[j, X] - sums[i, X]
+    y = sums[j, Y] - sums[i, Y]
+    xx = sums[j, XX] - sums[i, XX]
+    xy = sums[j, XY] - sums[i, XY]
+    yy = sums[j, YY] - sums[i, YY]
     det = xx * yy - xy * xy
     if det <= SINGULAR * xx * yy:
         return math.inf, math.inf
@@ -64,8 +61,8 @@ def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
     b = y * xx - x * xy
     misfit = max(w - (a * x + b * y) / det, 0.0)
     # The mean squared cosine of the incidence is d^2 mean(1/r^2), with d^2 = 1 / (A^2 + B^2).
-    inverse = high[INVERSE] - low[INVERSE]
-    floor = (high[FLOOR] - low[FLOOR]) / inverse
+    inverse = sums[j, INVERSE] - sums[i, INVERSE]
+    floor = (sums[j, FLOOR] - sums[i, FLOOR]) / inverse
     oblique = (a * a + b * b) * w / (det * det * inverse)
     return misfit / (1.0 + floor * oblique), oblique
 
@@ -90,9 +87,7 @@ def line_of(
 @helper
 def line_through(sums: FloatArray, i: int, j: int) -> tuple[float, float, float, float]:
     """Return c, s, d and chi squared of the line through returns i..j-1."""
-    low = sums[i]
-    high = sums[j]
     return line_of(
-        high[W] - low[W], high[X] - low[X], high[Y] - low[Y], high[XX] - low[XX],
-        high[XY] - low[XY], high[YY] - low[YY],
+        sums[j, W] - sums[i, W], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y], sums[j, XX] - sums[i, XX],
+        sums[j, XY] - sums[i, XY], sums[j, YY] - sums[i, YY],
     )  # fmt: skip

@@ -7,19 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, inlined
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import PRICE, STRAY_PRICE
-from laserfeatures.engine.sequence import Sequence
+from laserfeatures.engine.sequence import INCIDENCE_FLOOR, Sequence
 
-WALL = np.dtype([
+WALL = np.dtype((np.record, [
     ("c", "f8"), ("s", "f8"), ("d", "f8"),  # the line x c + y s = d, s >= 0
     ("var_theta", "f8"), ("cov", "f8"), ("var_d", "f8"),  # its covariance,
     ("log_det", "f8"),  # and minus the logarithm of the determinant of that
     ("chi2", "f8"), ("points", "i8"), ("first", "i8"), ("last", "i8"),
     ("w", "f8"), ("x", "f8"), ("y", "f8"), ("xx", "f8"), ("xy", "f8"), ("yy", "f8"),  # as in `sums`
     ("evidence", "f8"),  # [nats]
-])  # fmt: skip
+]))  # fmt: skip
 Wall = Any  # a record of `Walls`
 Walls = NDArray[Any]  # (K,), of WALL
 
@@ -28,18 +28,17 @@ SAME_TURN = 0.05**2  # and squared radians besides, beyond which walls are not c
 MEETING = 4  # returns between two walls that may meet
 LEAST_SINE = math.sin(math.radians(10.0))  # flatter crossings are not known well enough
 INLIER = 9.0  # chi squared of a return that may change walls
-PRIOR = 4.0  # returns; fewer residuals alone do not tell the noise
-LONG = 24  # returns of a wall that tells a roughness
-QUARTERS = 4
-LARGEST = 50.0  # what one wall can say
+LARGEST = 4.0  # chi squared of a wall for each degree of freedom, as far as it counts
+PRIOR = 5.0  # degrees of freedom that show no roughness
+ALIKE = 16.0  # returns of a rough wall whose errors are alike
 
 
-@helper
-def deviation(points: Sequence, i: int, c: float, s: float, d: float) -> float:
-    """Return how far a return is off a line, in standard deviations."""
+@inlined
+def misfit(points: Sequence, i: int, c: float, s: float, d: float) -> float:
+    """Return the chi squared of a return on a line."""
     off = points.x[i] * c + points.y[i] * s - d
     cosine = points.ux[i] * c + points.uy[i] * s
-    return off / math.sqrt(points.variance[i] * (cosine * cosine + points.floor[i]))
+    return off * off / (points.variance[i] * (cosine * cosine + points.floor[i]))
 
 
 @helper
@@ -53,6 +52,10 @@ def solve(wall: Wall) -> None:
     a = (wall.x * wall.yy - wall.y * wall.xy) / det
     b = (wall.y * wall.xx - wall.x * wall.xy) / det
     wall.chi2 = max(wall.w - a * wall.x - b * wall.y, 0.0)
+    if a == 0.0 and b == 0.0:  # returns all round the sensor
+        wall.chi2 = math.inf
+        wall.log_det = 0.0
+        return
     d = 1.0 / math.sqrt(a * a + b * b)
     c = a * d
     s = b * d
@@ -189,14 +192,14 @@ def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int)
         return
     i = first - 1
     while i >= 0 and (label[i] == a or label[i] == STRAY) and x * points.uy[i] > y * points.ux[i]:
-        if deviation(points, i, other.c, other.s, other.d) ** 2 < INLIER:
+        if misfit(points, i, other.c, other.s, other.d) < INLIER:
             label[i] = b
         i -= 1
     i = last + 1
     while i < label.size and (label[i] == b or label[i] == STRAY):
         if x * points.uy[i] >= y * points.ux[i]:
             break
-        if deviation(points, i, one.c, one.s, one.d) ** 2 < INLIER:
+        if misfit(points, i, one.c, one.s, one.d) < INLIER:
             label[i] = a
         i += 1
 
@@ -207,7 +210,7 @@ def free_outliers(points: Sequence, label: IntArray, walls: Walls, known: int) -
     for i in range(label.size):
         if 0 <= label[i] < known:
             wall = walls[label[i]]
-            if deviation(points, i, wall.c, wall.s, wall.d) ** 2 > STRAY_PRICE:
+            if misfit(points, i, wall.c, wall.s, wall.d) > STRAY_PRICE:
                 label[i] = STRAY
 
 
@@ -235,11 +238,12 @@ def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
     """
     n = label.size
     after = np.empty(n, np.int64)
-    following = STRAY
+    following = here = STRAY
     for i in range(n - 1, -1, -1):
+        if label[i] >= 0 and label[i] != here:
+            following = here
+            here = label[i]
         after[i] = following
-        if label[i] >= 0 and (i == 0 or label[i - 1] != label[i]):
-            following = label[i]
     for k in range(walls.size):
         walls[k].evidence = -0.5 * PRICE
     before = here = STRAY
@@ -255,56 +259,45 @@ def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
         for other in (before, after[i]):
             if other >= 0 and other != k:
                 beside = walls[other]
-                chi2 = deviation(points, i, beside.c, beside.s, beside.d) ** 2
+                chi2 = misfit(points, i, beside.c, beside.s, beside.d)
                 without = min(without, chi2)
-        chi2 = deviation(points, i, wall.c, wall.s, wall.d) ** 2
+        chi2 = misfit(points, i, wall.c, wall.s, wall.d)
         wall.evidence += 0.5 * (without - min(chi2, STRAY_PRICE))
     for k in range(walls.size):
         walls[k].evidence = max(walls[k].evidence, 0.0)
 
 
 @helper
-def roughness_of(points: Sequence, label: IntArray, walls: Walls) -> float:
-    """Return the variance of the mean of a quarter of a wall, in variances of one return.
+def excess_of(walls: Walls) -> tuple[float, float]:
+    """Return what walls show beyond the noise, in its variances, and the degrees of freedom.
 
-    Where errors are independent the mean of a quarter has none beyond its share: what it has is a
-    wall that is not straight, or a scan taken in motion. All long walls tell it together.
+    What one wall can show is bounded: it may be none.
     """
-    rank = np.zeros(walls.size, np.int64)
-    total = np.zeros((walls.size, QUARTERS))
-    count = np.zeros((walls.size, QUARTERS))
-    for i in range(label.size):
-        k = label[i]
-        if k >= 0 and walls[k].points >= LONG:
-            wall = walls[k]
-            quarter = rank[k] * QUARTERS // wall.points
-            rank[k] += 1
-            total[k, quarter] += deviation(points, i, wall.c, wall.s, wall.d)
-            count[k, quarter] += 1.0
-    excess = returns = told = 0.0
+    chi2 = freedom = 0.0
     for k in range(walls.size):
-        if walls[k].points >= LONG:
-            square = 0.0
-            for quarter in range(QUARTERS):
-                square += total[k, quarter] ** 2 / count[k, quarter]
-            excess += min(square / (QUARTERS - 2.0), LARGEST) - 1.0
-            returns += walls[k].points / QUARTERS
-            told += 1.0
-    return max(excess - math.sqrt(told), 0.0) / max(returns, 1.0)
+        free = walls[k].points - 2.0
+        chi2 += min(walls[k].chi2, LARGEST * free)
+        freedom += free
+    return chi2 / max(freedom, 1.0) - 1.0, freedom
 
 
 @helper
-def inflate_covariances(walls: Walls, rough: float) -> None:
-    """Inflate the covariances of lines by what the noise does not explain.
+def inflate_covariances(points: Sequence, walls: Walls) -> None:
+    """Inflate the covariances of lines by what does not average out along a wall.
 
-    That is the share that does not average out along a wall, `rough` (see `roughness_of`), and the
-    ratio of what its returns show to the noise (Birge 1932), where the noise counts as much as
-    `PRIOR` returns that it explains.
+    That is its roughness: over `ALIKE` returns its errors are alike. Where no roughness is told,
+    what the walls show beyond the noise tells it, with `PRIOR` degrees of freedom that show none.
     """
+    share = 0.0
+    for i in range(points.x.size):
+        rough = points.floor[i] - INCIDENCE_FLOOR
+        share += rough / (1.0 + rough)
+    share /= max(points.x.size, 1)
+    excess, freedom = excess_of(walls)
+    share += max(excess, 0.0) * freedom / (freedom + PRIOR)
     for k in range(walls.size):
         wall = walls[k]
-        ratio = max((PRIOR + wall.chi2) / (PRIOR + wall.points - 2.0), 1.0)
-        ratio *= 1.0 + rough * wall.points / QUARTERS
+        ratio = 1.0 + share * min(wall.points, ALIKE)
         wall.var_theta *= ratio
         wall.cov *= ratio
         wall.var_d *= ratio

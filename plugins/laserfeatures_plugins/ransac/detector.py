@@ -2,11 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.data import LaserScan, LineSegments
 from laserfeatures.engine import WallDetector
 from laserfeatures_plugins.ransac.sampling import propose
+
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,11 +60,11 @@ class Ransac(WallDetector):
         if not (isinstance(self.seed, int) and self.seed < 2**63):
             raise ValueError(f"seed must be a whole number under 2**63, got {self.seed!r}")
 
-    def __call__(self, scan: LaserScan) -> LineSegments:
+    def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
         if self.window > len(scan) and self.window != Ransac.window:
             raise ValueError(f"window is {self.window} beams, the scan has only {len(scan)}")
-        return super().__call__(scan)
+        return super().__call__(scan, noise=noise)
 
     def propose(self, table: FloatArray) -> FloatArray:
         """Return the lines found one after another."""

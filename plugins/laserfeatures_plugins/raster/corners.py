@@ -21,6 +21,8 @@ from laserfeatures_plugins.raster.uncertainty import covariances, edge_angles
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from laserfeatures.noise_model import RangeNoise
+
 MARGIN = 12  # empty pixels around the drawing, for the blur, the ring and the window
 BLOCK = 9  # pixels: side of the square whose gradients make a corner
 MIN_DISTANCE = 5  # pixels between what answers
@@ -76,7 +78,7 @@ class KanadeTomasi:
         What is farther away is not drawn [m].
     range_sigma : float or None
         Standard deviation of a range [m], from which the covariances follow. None: estimated from
-        each scan.
+        each scan, or told by a `NoiseModel`.
     max_missed : int
         Successive beams that may miss a surface without a gap in it.
     max_pole_radius : float
@@ -134,11 +136,13 @@ class KanadeTomasi:
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name} must be >= 0, got {getattr(self, name)!r}")
 
-    def __call__(self, scan: LaserScan) -> PointFeatures:
-        """Return the corners of `scan`."""
-        sigma = -1.0 if self.range_sigma is None else float(self.range_sigma)
+    def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> PointFeatures:
+        """Return the corners of `scan`; `noise` is that of its ranges, where it is known."""
+        sigma, relative = -1.0 if self.range_sigma is None else float(self.range_sigma), 0.0
+        if noise is not None and self.range_sigma is None:
+            sigma, relative = noise.sigma, noise.relative
         limits = (scan.range_min, scan.range_max)
-        table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, 0.0, 0.0)
+        table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, relative, 0.0)
         lines = outline(
             table,
             max_pole_radius=self.max_pole_radius,

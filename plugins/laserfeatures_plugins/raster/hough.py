@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -16,6 +17,9 @@ from laserfeatures_plugins.raster.drawing import Blur, Picture, draw
 from laserfeatures_plugins.raster.outline import Outline, outline
 from laserfeatures_plugins.raster.size import check_image
 from laserfeatures_plugins.raster.walls import Lines, bins_on, propose
+
+if TYPE_CHECKING:
+    from laserfeatures.noise_model import RangeNoise
 
 MAX_CELLS = 1 << 28  # of OpenCV's accumulator: 1 GB
 WEIGHTED = (4, 11)  # version of OpenCV since which pixels vote as much as they are bright
@@ -85,12 +89,12 @@ class RasterHough(WallDetector):
         if self.blur and version < WEIGHTED:
             raise ValueError(f"blur needs OpenCV 4.11 or newer, this is {cv2.__version__}")
 
-    def __call__(self, scan: LaserScan) -> LineSegments:
+    def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
         if self.refit:
-            return super().__call__(scan)
+            return super().__call__(scan, noise=noise)
         check_gap(scan, self.max_gap)
-        table = self.prepared(scan)
+        table = self.prepared(scan, noise)
         drawn = self._outline(table)
         lines = self._lines(draw(drawn, self.resolution, self._blur))
         found = bins_on(table, len(scan), lines, self.resolution, drawn.noise, self._limits)

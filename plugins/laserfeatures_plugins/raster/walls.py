@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
 from laserfeatures.engine import helper, kernel
 from laserfeatures.engine.candidates import add, grow
-from laserfeatures.engine.partition import COLUMNS, STRAY, Limits
+from laserfeatures.engine.partition import COLUMNS, STRAY, Limits, as_limits
 from laserfeatures.engine.segments import Found, cut_walls
 from laserfeatures.engine.sequence import as_sequence
 from laserfeatures.engine.walls import WALL, Walls
 
 # What OpenCV found, (rho [pixels], theta) with the most votes first; the place [m] of its first
 # pixel; cosine and sine of its rows of theta.
+Bounds = tuple[int, int, float, float, int]  # what a wall may be, as `Limits`
 Lines = tuple[NDArray[np.float32], tuple[float, float], FloatArray, FloatArray]
 
 LEAST = 4  # points of a wall
@@ -24,13 +25,14 @@ WINDOW = 3.5  # cells of theta and of d beside a line in which another one repea
 
 @kernel
 def propose(
-    table: FloatArray, lines: Lines, resolution: float, noise: float, limits: Limits
+    table: FloatArray, lines: Lines, resolution: float, noise: float, bounds: Bounds
 ) -> FloatArray:
     """Return walls grown from the points near each line, (COLUMNS, K).
 
     What a wall explains supports no line after it: so the lines beside its own, in theta and,
     across 0 and pi, in -d, find nothing there.
     """
+    limits = as_limits(bounds)
     points = as_sequence(table)
     n = points.x.size
     walls = np.empty((COLUMNS, n // LEAST + 1))
@@ -58,13 +60,14 @@ def propose(
 
 @kernel
 def bins_on(
-    table: FloatArray, beams: int, lines: Lines, resolution: float, noise: float, limits: Limits
+    table: FloatArray, beams: int, lines: Lines, resolution: float, noise: float, bounds: Bounds
 ) -> Found:
     """Return the lines as they are, but for those that repeat one before, cut into segments.
 
     A line holds the free points near it. Its covariance is that of uniform errors of a cell's size
     in its direction and in its distance in the middle of the points.
     """
+    limits = as_limits(bounds)
     points = as_sequence(table)
     n = points.x.size
     walls = np.zeros(n // LEAST + 1, WALL)
@@ -95,7 +98,7 @@ def bins_on(
         wall.var_d = resolution**2 / 12.0 + along**2 * turn
         count += 1
         left = keep_free(taken, free[:left])
-    return cut_walls(points, label, walls[:count], beams, beams, limits)
+    return cut_walls(points, label, walls[:count], beams, limits)
 
 
 @helper
