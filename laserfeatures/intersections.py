@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.data import LineSegments, PointFeatures
 from laserfeatures.compiled import helper, kernel
+from laserfeatures.data import LineSegments, PointFeatures
 
 SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
 PROLONGED = 2.0  # times the range limit: walls go on beyond what is seen of them, but not for ever
@@ -46,7 +46,7 @@ class Intersections:
 
     max_distance: float | None = None
     min_angle: float = math.radians(15.0)
-    max_sigma: float = 0.3
+    max_sigma: float = 0.2
     reach: float = 0.05
 
     def __post_init__(self) -> None:

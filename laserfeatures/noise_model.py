@@ -168,7 +168,6 @@ class NoiseModel:
             _error(roughness, square_error),
         )  # fmt: skip
 
-
     def _excess(self) -> tuple[float, float]:
         """Return what walls show beyond the noise [m^2], and its standard error by the scans."""
         more, free, variance, more2, more_free, free2 = self._walls.tolist()
@@ -201,9 +200,7 @@ def _shown(scan: LaserScan, noise: RangeNoise) -> tuple[float, float, float]:
     cosine = (scan.directions[beam] * normal).sum(axis=1)
     ranges = scan.ranges[beam]
     variance = noise.sigma**2 + (noise.relative * ranges) ** 2
-    chi2 = (ranges * cosine - found.lines.d[line]) ** 2 / (
-        variance * (cosine**2 + INCIDENCE_FLOOR)
-    )
+    chi2 = (ranges * cosine - found.lines.d[line]) ** 2 / (variance * (cosine**2 + INCIDENCE_FLOOR))
     count = np.bincount(line, minlength=len(found.lines))
     free = np.maximum(count - 2.0, 0.0)
     sums = np.minimum(np.bincount(line, chi2, len(found.lines)), LARGEST * free)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.data import Lines, LineSegments
 from laserfeatures.compiled import helper, kernel
+from laserfeatures.data import Lines, LineSegments
 
 
 @dataclass(frozen=True, kw_only=True)

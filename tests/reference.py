@@ -170,9 +170,24 @@ def corners(segments, stage):
             if np.linalg.eigvalsh(spread)[1] > stage.max_sigma**2:
                 continue
             real = all(reaches(point, spread, segments, k, stage.reach) for k in (a, b))
-            evidence = min(lines.evidence[a], lines.evidence[b])
+            weaker = min(lines.evidence[a], lines.evidence[b])
+            evidence = corner_evidence(spread, weaker, far, segments.endpoints)
             found.append((point, spread, (a, b), angle, real, evidence))
     return found
+
+
+def corner_evidence(spread, weaker, far, endpoints):
+    """Return how much likelier a corner is at its place than anywhere, by the weaker line's."""
+    if weaker == 0:
+        return 0.0
+    det = np.linalg.det(spread)
+    if det <= 0:
+        return weaker
+    if far == math.inf:
+        far = np.linalg.norm(endpoints, axis=-1).max(initial=0)
+    anywhere, here = math.pi * far**2, 2 * math.pi * math.sqrt(det)
+    odds = anywhere / here * math.sqrt(weaker)
+    return math.log(odds) if odds > 1 else 0.0
 
 
 def cast(walls, x, y, angle):

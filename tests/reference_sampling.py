@@ -3,6 +3,8 @@
 import math
 
 import numpy as np
+import reference_candidates
+import reference_engine
 
 
 def numbers(state):
@@ -38,11 +40,11 @@ def score(points, line, gate, worth):
 
 
 def best_line(points, beams, pool, gate, settings, state):
-    """Twin of `best_line`: (seed, theta, inliers, state) and how many samples were drawn."""
+    """Twin of `best_line`: (seed, line, inliers), the state, and how many samples were drawn."""
     window, log_doubt, max_trials, _ = settings
     draws = numbers(state)
     least = sum(gate * gate for _ in pool)
-    best, trials, drawn = (-1, 0.0, 0), max_trials, 0
+    best, trials, drawn = (-1, (1.0, 0.0, 0.0), 0), max_trials, 0
     while drawn < trials:
         drawn += 1
         first = next(draws) % len(pool)
@@ -52,7 +54,7 @@ def best_line(points, beams, pool, gate, settings, state):
         cost, inliers, pairs = score(points[pool], line, gate, least)
         if cost < least:
             least = cost
-            best = pool[first], math.atan2(line[1], line[0]), inliers
+            best = pool[first], line, inliers
             # The chance that a sample is a good one: both of its points are on the wall.
             good = pairs / len(pool) if window else (inliers / len(pool)) ** 2
             if good >= 1:
@@ -60,3 +62,31 @@ def best_line(points, beams, pool, gate, settings, state):
             if good > 0:
                 trials = min(trials, math.ceil(log_doubt / math.log(1 - good)))
     return best, state, drawn
+
+
+def propose(points, settings, max_missed, rules):
+    """Twin of `propose`: rows (c, s, d, first, last).
+
+    `rules` are the kernel's (least points, standard deviations of a gate, failures, modulus).
+    """
+    least, sigmas, failures, modulus = rules
+    gate = sigmas * math.sqrt(points.variance.mean())
+    at, beams = reference_engine.xy(points), points.beam.astype(int)
+    state = 1 + settings[3] % (modulus - 1)
+    taken, in_vain = np.zeros((2, len(at)), bool)
+    rows, failed = [], 0
+    while failed < failures:
+        pool = np.flatnonzero(~taken & ~in_vain)
+        if len(pool) < least:
+            break
+        (seed, line, inliers), state, _ = best_line(at, beams, pool, gate, settings, state)
+        if inliers < least:
+            break
+        found = reference_candidates.grow(points, taken, seed, line, gate, max_missed)
+        in_vain[seed] = True
+        failed += 1
+        if found[-1] > 0:
+            rows.append(reference_candidates.row(found))
+            taken = reference_candidates.taken_by(points, taken, found)
+            failed = 0
+    return rows

@@ -125,7 +125,12 @@ def test_walls_farther_apart_than_the_bins_reach_are_told_apart():
         ({"max_gap": 0.0}, r"max_gap must be > 0 m, got 0\.0"),
         ({"max_gap": math.inf}, r"max_gap must be > 0 m, got inf"),
         ({"pair_distance": 0.0}, r"pair_distance must be > 0 m, got 0\.0"),
-        ({"object_gap": -0.1}, r"object_gap must be > 0 m, got -0\.1"),
+        ({"range_sigma_relative": 0.01}, "range_sigma_relative 0.01 needs a range_sigma beside it"),
+        (
+            {"range_sigma": 0.01, "range_sigma_relative": 1.0},
+            r"range_sigma_relative must be in \[0, 1\), got 1\.0",
+        ),
+        ({"roughness": -0.1}, r"roughness must be in \[0, 1\] m, got -0\.1"),
         ({"max_pole_radius": -0.1}, r"max_pole_radius must be >= 0 m, got -0\.1"),
     ],
 )

@@ -116,7 +116,7 @@ def test_an_accumulator_about_to_overflow_finds_the_same(count):
     scan = scan_of(*chain((3, -2), (3, 1), (-0.5, 1.2)), sigma=0.005)
     detector = DirectHough()
     first = detector(scan)
-    epoch = next(a for a in detector._arguments if isinstance(a, np.ndarray) and a.size == 1)
+    epoch = next(a for a in detector._accumulator if isinstance(a, np.ndarray) and a.size == 1)
     epoch[0] = count
     again = detector(scan)
     np.testing.assert_array_equal(again.lines.theta, first.lines.theta)

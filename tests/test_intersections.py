@@ -44,7 +44,7 @@ def test_corners_are_those_of_the_twin(rng, min_angle, max_sigma, max_distance):
         np.testing.assert_allclose(found.covariance[i], spread, rtol=1e-4, atol=1e-4 * scale)
         assert found.angles[i] == pytest.approx(angle, abs=1e-7)
         assert found.real[i] == real
-        assert found.evidence[i] == evidence
+        assert found.evidence[i] == pytest.approx(evidence, abs=1e-3)
 
 
 def right_angle(first=(-1.0, 1.0), second=(-1.0, 1.0), spread=1e-6):
@@ -166,10 +166,10 @@ def test_corners_beyond_max_distance_are_dropped():
 
 
 def test_without_max_distance_the_limit_of_the_scan_counts_if_it_is_given():
-    distance = math.hypot(2, 1)
+    distance = math.hypot(2, 1)  # twice the limit
     assert len(Intersections()(right_angle())) == 1
-    assert len(Intersections()(right_angle(), limit=distance + 0.01)) == 1
-    assert len(Intersections()(right_angle(), limit=distance - 0.01)) == 0
+    assert len(Intersections()(right_angle(), limit=distance / 2 + 0.01)) == 1
+    assert len(Intersections()(right_angle(), limit=distance / 2 - 0.01)) == 0
     assert len(Intersections(max_distance=3.0)(right_angle(), limit=0.1)) == 1
     assert len(Intersections(max_distance=math.inf)(right_angle(), limit=0.1)) == 1
 
@@ -180,11 +180,30 @@ def test_a_limit_that_is_none_is_refused(limit):
         Intersections()(right_angle(), limit=limit)
 
 
-def test_a_corner_is_as_evident_as_the_weaker_of_its_lines():
-    walls = right_angle()
-    evident = replace(walls, lines=replace(walls.lines, evidence=[9.0, 4.0]))
-    assert Intersections()(evident).evidence.tolist() == [4.0]
-    assert Intersections()(walls).evidence.tolist() == [0.0]
+def evidence_of(*evidence, spread=1e-6, **limits):
+    """Return the evidence of the corner of two walls that have theirs."""
+    walls = right_angle(spread=spread)
+    evident = replace(walls, lines=replace(walls.lines, evidence=evidence))
+    (found,) = Intersections(**limits)(evident).evidence
+    return found
+
+
+def test_a_corner_is_the_more_evident_the_weaker_of_its_lines_is():
+    assert evidence_of(9.0, 4.0) == evidence_of(4.0, 9.0) == evidence_of(4.0, 4.0)
+    assert evidence_of(9.0, 4.0) - evidence_of(9.0, 1.0) == pytest.approx(math.log(2))
+
+
+def test_a_corner_is_the_more_evident_the_better_its_place_is_known():
+    assert evidence_of(4.0, 4.0, spread=1e-6) - evidence_of(4.0, 4.0, spread=1e-4) == (
+        pytest.approx(math.log(100), abs=1e-9)
+    )
+    near, far = (evidence_of(4.0, 4.0, max_distance=limit) for limit in (10.0, 20.0))
+    assert far - near == pytest.approx(2 * math.log(2))
+
+
+def test_a_corner_of_a_line_without_evidence_has_none():
+    assert evidence_of(9.0, 0.0) == 0.0
+    assert Intersections()(right_angle()).evidence.tolist() == [0.0]
 
 
 @pytest.mark.parametrize(("turn", "corners"), [(14.9, 0), (15.1, 1), (164.9, 1), (165.1, 0)])

@@ -74,7 +74,12 @@ def prepare(
 
 @kernel
 def explain(
-    table: FloatArray, proposed: FloatArray, ring: int, beams: int, bounds: tuple[int, int, float, float, int], rounds: int
+    table: FloatArray,
+    proposed: FloatArray,
+    ring: int,
+    beams: int,
+    bounds: tuple[int, int, float, float, int],
+    rounds: int,
 ) -> Found:
     """Return the lines and segments that explain a scan's returns.
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.engine.arcs import SHORTEST_ARC, arc_misfit
 from laserfeatures.compiled import helper, inlined
+from laserfeatures.engine.arcs import SHORTEST_ARC, arc_misfit
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import wall_misfit
@@ -97,7 +97,6 @@ def partition(
     entered = np.empty(known, np.int64)
     doubt = np.zeros(n + 1)
     starts = np.empty(n + 1, np.int64)
-    min_points = limits.min_points
     needed = DOUBT if known > 0 else -1.0
     near = coming = alive = edge = 0
     for j in range(1, n + 1):
@@ -110,37 +109,68 @@ def partition(
             through[order[coming]] = math.inf
             near += 1
             coming += 1
-        least = STRAY_PRICE
-        kept = 0
-        for a in range(near):
-            k = active[a]
-            if i >= last[k] + PAD:
-                continue
-            active[kept] = k
-            kept += 1
-            off = x[i] * c[k] + y[i] * s[k] - d[k]
-            cosine = ux[i] * c[k] + uy[i] * s[k]
-            chi2 = off * off / (variance[i] * (cosine * cosine + floor[i]))
-            least = min(least, chi2)
-            if cost[i] + price < through[k]:
-                through[k] = cost[i] + price
-                entered[k] = i
-            through[k] += min(chi2, STRAY_PRICE)  # an outlier is no end of a wall
-            if through[k] < cost[j]:
-                cost[j] = through[k]
-                start[j] = entered[k]
-                kind[j] = AS_LINE
-                line[j] = k
-        near = kept
+        near, least = follow_lines(
+            i, x[i], y[i], ux[i], uy[i], variance[i], floor[i], c, s, d, last, price, near, active,
+            through, entered, cost, start, kind, line,
+        )  # fmt: skip
         doubt[j] = doubt[i] + max(least - DOUBTFUL, 0.0)
         starts[alive] = i
         alive += 1
-        if j - starts[0] >= min_points and doubt[j] - doubt[starts[0]] >= needed:
+        if j - starts[0] >= limits.min_points and doubt[j] - doubt[starts[0]] >= needed:
             alive = end_wall(sums, jump, limits, starts, alive, doubt, needed, j, cost, start, kind)
         if j == n or jump[j] > 0.0:
             end_arc(points, limits.max_pole_radius, edge, j, cost, start, kind)
             edge = j
     return trace(start, kind, line, known, label)
+
+
+@inlined
+def follow_lines(
+    i: int,
+    x: float,
+    y: float,
+    ux: float,
+    uy: float,
+    variance: float,
+    floor: float,
+    c: FloatArray,
+    s: FloatArray,
+    d: FloatArray,
+    last: FloatArray,
+    price: float,
+    near: int,
+    active: IntArray,
+    through: FloatArray,
+    entered: IntArray,
+    cost: FloatArray,
+    start: IntArray,
+    kind: IntArray,
+    line: IntArray,
+) -> tuple[int, float]:
+    """Take return i along the candidates; return how many go on, and the least chi squared."""
+    j = i + 1
+    least = STRAY_PRICE
+    kept = 0
+    for a in range(near):
+        k = active[a]
+        if i >= last[k] + PAD:
+            continue
+        active[kept] = k
+        kept += 1
+        off = x * c[k] + y * s[k] - d[k]
+        cosine = ux * c[k] + uy * s[k]
+        chi2 = off * off / (variance * (cosine * cosine + floor))
+        least = min(least, chi2)
+        if cost[i] + price < through[k]:
+            through[k] = cost[i] + price
+            entered[k] = i
+        through[k] += min(chi2, STRAY_PRICE)  # an outlier is no end of a wall
+        if through[k] < cost[j]:
+            cost[j] = through[k]
+            start[j] = entered[k]
+            kind[j] = AS_LINE
+            line[j] = k
+    return kept, least
 
 
 @helper
@@ -218,9 +248,7 @@ def end_wall(
 
 
 @helper
-def trace(
-    start: IntArray, kind: IntArray, line: IntArray, known: int, label: IntArray
-) -> int:
+def trace(start: IntArray, kind: IntArray, line: IntArray, known: int, label: IntArray) -> int:
     """Follow the cheapest explanation back and label the returns; return the number of walls."""
     j = label.size
     count = known

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.data import Lines, LineSegments
 from laserfeatures.compiled import helper, kernel
+from laserfeatures.data import Lines, LineSegments
 from laserfeatures.engine.partition import Limits
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.walls import Walls
@@ -126,9 +126,7 @@ def cut_segments(
 
 
 @helper
-def cut_walls(
-    points: Sequence, label: IntArray, walls: Walls, beams: int, limits: Limits
-) -> Found:
+def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limits: Limits) -> Found:
     """Cut walls into segments; return what `line_segments` takes."""
     count = walls.size
     place = np.empty(count, np.int64)  # where the next return of each wall goes

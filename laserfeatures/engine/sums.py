@@ -1,8 +1,9 @@
 """Running sums over the returns, from which any stretch is fitted in a dozen operations.
 
-A wall is met at 1/r = A ux + B uy along the beam (ux, uy), with (A, B) = (cos theta, sin theta) / d:
-linear in A and B. A range error dr errs by dr / r^2 in 1/r, so that chi squared of the ranges is
-the sum of r^2 / sigma^2 (1 - A x - B y)^2, and the least-squares line solves two normal equations.
+A wall is met at 1/r = A ux + B uy along the beam (ux, uy), with A = cos theta / d and
+B = sin theta / d: linear in both. A range error dr errs by dr / r^2 in 1/r, so that chi squared of
+the ranges is the sum of r^2 / sigma^2 (1 - A x - B y)^2, and the best line solves two normal
+equations.
 """
 
 import math
@@ -46,7 +47,7 @@ def running_sums(points: Sequence) -> FloatArray:
 def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
     """Return chi squared of the best line through returns i..j-1, and how obliquely it is met.
 
-    That is the inverse of the mean squared cosine of the incidence. Both are inf where there is no line.
+    That is the mean of 1 / cos^2 of the incidence. Both are inf where there is no line.
     """
     w = sums[j, W] - sums[i, W]
     x = sums[j, X] - sums[i, X]
@@ -60,7 +61,7 @@ def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
     a = x * yy - y * xy  # A and B times det
     b = y * xx - x * xy
     misfit = max(w - (a * x + b * y) / det, 0.0)
-    # The mean squared cosine of the incidence is d^2 mean(1/r^2), with d^2 = 1 / (A^2 + B^2).
+    # The cosine of the incidence is d / r, with d^2 = 1 / (A^2 + B^2).
     inverse = sums[j, INVERSE] - sums[i, INVERSE]
     floor = (sums[j, FLOOR] - sums[i, FLOOR]) / inverse
     oblique = (a * a + b * b) * w / (det * det * inverse)
@@ -88,6 +89,6 @@ def line_of(
 def line_through(sums: FloatArray, i: int, j: int) -> tuple[float, float, float, float]:
     """Return c, s, d and chi squared of the line through returns i..j-1."""
     return line_of(
-        sums[j, W] - sums[i, W], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y], sums[j, XX] - sums[i, XX],
-        sums[j, XY] - sums[i, XY], sums[j, YY] - sums[i, YY],
+        sums[j, W] - sums[i, W], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y],
+        sums[j, XX] - sums[i, XX], sums[j, XY] - sums[i, XY], sums[j, YY] - sums[i, YY],
     )  # fmt: skip

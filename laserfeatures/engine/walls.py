@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from laserfeatures.arrays import FloatArray, IntArray
+from laserfeatures.arrays import IntArray
 from laserfeatures.compiled import helper, inlined
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import PRICE, STRAY_PRICE

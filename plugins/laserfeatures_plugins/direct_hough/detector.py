@@ -70,7 +70,9 @@ class DirectHough(WallDetector):
 
     def propose(self, table: FloatArray) -> FloatArray:
         """Return the lines grown from the peaks of the votes."""
-        return propose(table, *self._accumulator, float(self.pair_distance), int(self.max_missed))
+        last = float(self.pair_distance), int(self.max_missed)
+        found: FloatArray = propose(table, *self._accumulator, *last)  # type: ignore[call-arg]
+        return found
 
     def accumulator(self, scan: LaserScan) -> Accumulator:
         """Return the plain d-theta plane of `scan`, one vote per point and theta."""

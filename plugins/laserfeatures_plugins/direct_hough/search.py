@@ -1,4 +1,4 @@
-"""The search for lines: vote, grow walls from the peaks, let the points that are left vote again."""
+"""The search for lines: vote, grow walls from the peaks, let what is left vote again (step 3)."""
 
 import math
 

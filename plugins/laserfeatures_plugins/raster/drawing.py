@@ -57,9 +57,7 @@ class Blur(NamedTuple):
             raise ValueError(f"blur_growth {self.growth!r} needs a blur to grow from, got 0")
 
 
-def draw(
-    lines: Outline, resolution: float, blur: Blur, *, margin: int = 0
-) -> Picture | None:
+def draw(lines: Outline, resolution: float, blur: Blur, *, margin: int = 0) -> Picture | None:
     """Return a picture of some chains of returns, or None if there are none.
 
     It is to be used up before the same thread draws the next one.

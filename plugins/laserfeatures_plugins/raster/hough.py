@@ -30,8 +30,9 @@ class RasterHough(WallDetector):
     """Draw the scan into an image, run OpenCV's Hough transform on it, refit the lines it finds.
 
     The returns of each surface are joined by lines one pixel wide. What OpenCV finds is taken
-    strongest first: a wall is grown along the scan from the points near the line and refitted; its points support no line after it, so that the repeats go. Round objects are not drawn. The
-    scan is then explained by these lines and what they leave (see `WallDetector`).
+    strongest first: a wall is grown along the scan from the points near the line and refitted; its
+    points support no line after it, so that the repeats go. Round objects are not drawn. The scan
+    is then explained by these lines and what they leave (see `WallDetector`).
 
     Parameters
     ----------

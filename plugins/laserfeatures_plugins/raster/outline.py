@@ -13,7 +13,7 @@ from laserfeatures_plugins.raster.surfaces import contours
 
 
 class Outline(NamedTuple):
-    """Points x, y (P,) [m]; chain k of them is ``points[ends[k] : ends[k + 1]]``; their noise [m]."""
+    """Points x, y (P,) [m], chains ``points[ends[k] : ends[k + 1]]`` of them, the noise [m]."""
 
     x: FloatArray
     y: FloatArray

@@ -83,7 +83,9 @@ def bins_on(
     for k in range(lines[0].shape[0]):
         theta, c, s, d = to_metres(lines, k, resolution)
         seed = seed_on(points.x, points.y, points.beam, free[:left], c, s, d, gate, limits, near)
-        if seed < 0 or repeats(theta, points.x[seed], points.y[seed], walls[:count], step, resolution):
+        if seed < 0:
+            continue
+        if repeats(theta, points.x[seed], points.y[seed], walls[:count], step, resolution):
             continue
         wall = walls[count]
         for i in free[:left]:
@@ -114,9 +116,7 @@ def to_metres(lines: Lines, k: int, resolution: float) -> tuple[float, float, fl
 
 
 @helper
-def repeats(
-    theta: float, x: float, y: float, walls: Walls, step: float, resolution: float
-) -> bool:
+def repeats(theta: float, x: float, y: float, walls: Walls, step: float, resolution: float) -> bool:
     """Tell whether a line of points around (x, y) repeats one of `walls`; theta wraps."""
     for k in range(walls.size):
         wall = walls[k]
