@@ -104,16 +104,14 @@ SLOW = {
 def picture_of(scan):
     """Return the image that `raster_hough` makes of a scan, to keep."""
     own = lf.get_extractor("raster_hough").detector
-    returns, chains = outline(
-        scan,
-        range_sigma=own.range_sigma,
-        object_gap=own.object_gap,
+    drawn = outline(
+        own.prepared(scan),
         max_pole_radius=own.max_pole_radius,
         max_range=own.max_range,
         min_incidence=own.min_incidence,
         max_missed=own.max_missed,
     )
-    picture = draw(returns, chains, own.resolution, Blur(own.blur, own.blur_growth))
+    picture = draw(drawn, own.resolution, Blur(own.blur, own.blur_growth))
     return picture._replace(image=picture.image.copy())
 
 

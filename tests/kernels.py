@@ -27,10 +27,10 @@ def is_gap(*args):
     return _compiled(segments.is_gap)(*args)
 
 
-def cut_segments(points, beams, total, period, lines, members, *gaps):
+def cut_segments(points, beams, source, total, lines, members, *gaps):
     """Return line, endpoints, support, rms, points of the segments; members (L, P) bool."""
     cut = _compiled(segments.cut_segments)
-    return cut(*_xy(points), beams, total, period, *_xy(lines), *np.nonzero(members), *gaps)
+    return cut(*_xy(points), beams, source, total, *_xy(lines), *np.nonzero(members), *gaps)
 
 
 def vote_pairs(points, live, theta, distance_step, chord, tolerance, partners, votes, base):

@@ -4,8 +4,12 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from kernels import _compiled, _owner, _xy
+from kernels import _compiled, _xy
 from laserfeatures_plugins.raster import drawing, shape, surfaces, walls
+
+from laserfeatures.engine.partition import Limits
+from laserfeatures.engine.segments import line_segments
+from laserfeatures.engine.walls import WALL
 
 
 def is_near(a, b, incidence):
@@ -43,37 +47,35 @@ def to_metres(line, origin, rows, resolution):
     return _compiled(walls.to_metres)(lines(line, origin, rows), 0, resolution)
 
 
-def search(points, beams, free, sigma, known, *, found, resolution, cut):
-    """Return the owners after the search of `raster_hough`, its walls and the noise."""
-    owner = _owner(free)
-    args = (*_xy(points), beams, owner, sigma, known, found, resolution, cut)
-    return owner, *_compiled(walls.search)(*args)
+def propose(points, found, resolution, noise, bounds):
+    """Return what raster_hough proposes, (K, COLUMNS)."""
+    return walls.propose(np.array(points), found, resolution, noise, bounds).T
 
 
-def bins(points, beams, free, sigma, *, found, resolution, cut):
-    """Return the bins that are lines, and the lines and the numbers of their points."""
-    return _compiled(walls.bins)(*_xy(points), beams, _owner(free), sigma, found, resolution, cut)
+def bins_on(points, beams, found, resolution, noise, bounds):
+    """Return the bins that are lines, as `LineSegments`."""
+    return line_segments(walls.bins_on(np.array(points), beams, found, resolution, noise, bounds))
 
 
-def seed_on(points, beams, free, line, gate, cut):
+def seed_on(points, beams, free, line, gate, bounds):
     """Return the seed, -1 for none."""
     theta, d = line
     near = np.empty(len(points), np.int64)
-    return _compiled(walls.seed_on)(
-        *(*_xy(points), beams, free, math.cos(theta), math.sin(theta), d, gate, cut, near)
-    )
+    args = math.cos(theta), math.sin(theta), d, gate, Limits(*bounds), near
+    return _compiled(walls.seed_on)(*_xy(points), beams.astype(float), free, *args)
 
 
-def keep_free(free, members):
-    """Return those of `members` that are free."""
-    members = members.copy()
-    return members[: _compiled(walls.keep_free)(_owner(free), members)]
+def keep_free(taken, places):
+    """Return those of `places` that are not taken."""
+    places = places.copy()
+    return places[: _compiled(walls.keep_free)(taken, places)]
 
 
 def repeats(theta, point, lines, step, resolution):
     """Tell whether a line of points around a point repeats one of `lines`."""
-    table = np.zeros((len(lines), 6))
-    table[:, :2] = lines
+    table = np.zeros(len(lines), WALL)
+    for row, (angle, d) in zip(table, lines, strict=True):
+        row["c"], row["s"], row["d"] = math.cos(angle), math.sin(angle), d
     return _compiled(walls.repeats)(theta, *point, table, step, resolution)
 
 

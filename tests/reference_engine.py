@@ -24,7 +24,7 @@ def directions(points):
 
 def order(scan):
     """Twin of `in_order`: the beams that returned, and as counted on past the last in a ring."""
-    beams = scan.beams.tolist()
+    beams = without_constant(scan)
     period = len(scan)
     if scan.ring == sequence.DOUBLED:
         period -= 1
@@ -45,22 +45,36 @@ def order(scan):
     return after + before, after + [beam + period for beam in before]
 
 
+def without_constant(scan):
+    """Twin of `without_constant`: the beams that returned, but a largest range too many times."""
+    beams, ranges = scan.beams.tolist(), scan.ranges[scan.beams]
+    farthest = ranges.max(initial=0.0)
+    changes = abs(np.diff(np.append(0.0, ranges)))
+    resolution = changes[changes > 1e-9 * ranges].min(initial=math.inf)
+    constant = (ranges == farthest).sum()
+    turn = constant * math.sin(scan.angles[1] - scan.angles[0])
+    if constant < sequence.OFTEN or farthest * turn**2 / 8 <= sequence.STEPS * resolution:
+        return beams
+    return [beam for beam in beams if scan.ranges[beam] < farthest]
+
+
 def weigh(points, sigma, relative, roughness):
     """Twin of `weigh`: variance, weight, floor and jump."""
     ranges = np.hypot(points.x, points.y)
     variance = sigma**2 + (relative * ranges) ** 2
     floor = sequence.INCIDENCE_FLOOR + roughness**2 / variance
     ways = directions(points)
-    jump = [steps_off(ranges, ways, variance, (i - 1, i)) for i in range(1, len(ranges))]
+    jump = [steps_off(ranges, ways, variance, points.beam, (i - 1, i)) for i in range(1, len(ranges))]
     return variance, ranges**2 / variance, floor, np.array([True, *jump][: len(ranges)])
 
 
-def steps_off(ranges, ways, variance, pair):
+def steps_off(ranges, ways, variance, beams, pair):
     """Tell whether the step between two returns is a jump."""
     i, j = pair
     turn = abs(np.linalg.det(ways[[i, j]]))
     more = abs(ranges[j] - ranges[i]) - sequence.GRAZING * min(ranges[i], ranges[j]) * turn
-    return more > sequence.NOISES * math.sqrt(variance[i] + variance[j])
+    missed = beams[j] - beams[i] > sequence.MISSED
+    return missed or more > sequence.NOISES * math.sqrt(variance[i] + variance[j])
 
 
 def without_lone(points):
@@ -75,7 +89,7 @@ def without_lone(points):
             )
             if min(before, after) > sequence.LONE * over:
                 pair = (i - 1, i + 1)
-                jump[i + 1] = steps_off(ranges, directions(points), points.variance, pair)
+                jump[i + 1] = steps_off(ranges, directions(points), points.variance, points.beam, pair)
                 continue
         stay.append(i)
     return stay, jump[stay]

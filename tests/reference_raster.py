@@ -4,6 +4,8 @@ import math
 from itertools import combinations
 
 import numpy as np
+import reference_candidates
+import reference_engine
 
 
 def is_near(a, b, incidence):
@@ -80,71 +82,67 @@ def place(points, resolution, margin):
     return origin, size, pixels
 
 
-def seed_on(points, beams, line, gate, cut):
-    """Twin of `seed_on`: the middle of the first of the longest runs near a line."""
+def seed_on(points, beams, line, gate, rules):
+    """Twin of `seed_on`: the middle of the first of the longest runs near a line.
+
+    `rules` are (least points of a run, beams missed in one, width of a gap).
+    """
     theta, d = line
-    min_points, max_missed, max_gap = cut
+    least, max_missed, max_gap = rules
     near = np.flatnonzero(abs(points @ (math.cos(theta), math.sin(theta)) - d) < gate)
     along = points[near] @ (-math.sin(theta), math.cos(theta))
     wide = (np.diff(beams[near]) > max_missed + 1) & (abs(np.diff(along)) > max_gap)
     runs = np.split(near, np.flatnonzero(wide) + 1)
     longest = max(runs, key=len)
-    return longest[len(longest) // 2] if len(longest) >= min_points else -1
+    return longest[len(longest) // 2] if len(longest) >= least else -1
 
 
-def search(points, beams, free, sigma, lines, resolution, cut, *, known, find_wall, rules):
-    """Twin of `search`: each line gives walls as long as its longest run grows into one.
-
-    `rules` are the kernel's (bound of the noise for a gate, degrees of freedom, least noise).
-    """
-    gate_of, enough, least = rules
-    most = 2 * sigma
-    owner = np.where(free, -1, -2)
-    fits, squares, freedom = [], 0.0, 0.0
-    for line in lines:
+def propose(points, lines, gate, resolution, rules):
+    """Twin of `propose`: each line gives walls as long as its longest run grows into one."""
+    at, beams = reference_engine.xy(points), points.beam
+    taken = np.zeros(len(at), bool)
+    rows = []
+    for theta, d in lines:
         grows = True
         while grows:
-            left = np.flatnonzero(owner == -1)
-            gate = resolution + gate_of(sigma)
-            seed = seed_on(points[left], beams[left], line, gate, cut) if len(left) else -1
-            members = []
-            if seed >= 0:
-                members, fit, variance = find_wall(
-                    points, beams, owner == -1, left[seed], line[0], sigma=sigma, cut=cut
-                )
-            grows = len(members) > 0
-            if not grows:
+            free = np.flatnonzero(~taken)
+            grows = False
+            seed = -1
+            if len(free) >= rules[0]:
+                seed = seed_on(at[free], beams[free], (theta, d), gate, rules)
+            if seed < 0:
                 continue
-            owner[members] = len(fits)
-            fits.append((*fit, len(members)))
-            if len(members) >= 10 and not known:
-                squares += variance * (len(members) - 2)
-                freedom += len(members) - 2
-                if freedom >= enough:
-                    sigma = min(max(math.sqrt(squares / freedom), least), most)
-    return owner, np.array(fits).reshape(-1, 6), sigma
+            seed = free[seed]
+            normal = math.cos(theta), math.sin(theta)
+            line = *normal, at[seed] @ normal
+            found = reference_candidates.grow(points, taken, seed, line, resolution, rules[1])
+            if found[-1] > 0:
+                grows = True
+                rows.append(reference_candidates.row(found))
+                taken = reference_candidates.taken_by(points, taken, found)
+    return rows
 
 
-def bins(points, beams, free, gate, lines, resolution, step, cut, window):
-    """Twin of `bins`: the lines that have a run of free points and repeat none before.
+def bins(points, lines, gate, resolution, step, rules, window):
+    """Twin of `bins_on`: the lines that have a run of free points and repeat none before.
 
-    A row is (theta, d, variances and covariance of a turn about the seed and a shift).
+    Returned are (theta, d, covariance of a turn about the seed and a shift) and the points of each.
     """
-    left = np.flatnonzero(free)
-    taken, rows, members = [], [], []
+    at = reference_engine.xy(points)
+    left = np.arange(len(at))
+    taken, rows = [], []
     for theta, d in lines:
-        seed = seed_on(points[left], beams[left], (theta, d), gate, cut) if len(left) else -1
-        if seed < 0 or repeats(theta, points[left[seed]], taken, step, resolution, window):
+        seed = seed_on(at[left], points.beam[left], (theta, d), gate, rules) if len(left) else -1
+        if seed < 0 or repeats(theta, at[left[seed]], taken, step, resolution, window):
             continue
-        near = abs(points[left] @ (math.cos(theta), math.sin(theta)) - d) < gate
+        near = abs(at[left] @ (math.cos(theta), math.sin(theta)) - d) < gate
         taken.append((theta, d))
-        about = points[left[seed]] @ (-math.sin(theta), math.cos(theta))
+        about = at[left[seed]] @ (-math.sin(theta), math.cos(theta))
         jacobian = np.array([[1.0, 0.0], [about, 1.0]])  # d = d' + about (theta - theta')
         spread = jacobian @ np.diag([step**2 / 12, resolution**2 / 12]) @ jacobian.T
-        rows.append((theta, d, spread[0, 0], spread[0, 1], spread[1, 1], near.sum()))
-        members.append(left[near].tolist())
+        rows.append((theta, d, spread, left[near]))
         left = left[~near]
-    return np.reshape(rows, (-1, 6)), members
+    return rows
 
 
 def repeats(theta, point, lines, step, resolution, window):

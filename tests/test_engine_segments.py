@@ -30,7 +30,7 @@ def test_lines_are_cut_where_a_loop_cuts_them(seed, rules, ring):
     lines = np.array([(0.0, 2.0), (0.02, 1.98), (math.pi / 2, 1.0)])
     members = rng.random((3, count)) < 0.7
     line, ends, support, rms, held = kernels.cut_segments(
-        points, beams, total, total, lines, members, *rules
+        points, beams, beams % total, total, lines, members, *rules
     )
     expected = reference.cut_segments(points, beams, lines, members, *rules)
     assert line.tolist() == [k for k, *_ in expected]
@@ -59,7 +59,7 @@ def test_a_gap_is_wide_and_misses_beams_or_jumps(apart, metres, spacing, gap):
 
 def test_no_points_have_no_segments():
     found = kernels.cut_segments(
-        np.empty((0, 2)), np.empty(0, np.int64), 5, 5, np.empty((0, 2)), np.empty((0, 0), bool),
+        np.empty((0, 2)), np.empty(0, np.int64), np.empty(0, np.int64), 5, np.empty((0, 2)), np.empty((0, 0), bool),
         3, 0.25, 4.0,
     )  # fmt: skip
     assert [len(each) for each in found] == [0] * 5

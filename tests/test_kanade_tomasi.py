@@ -37,8 +37,9 @@ def test_parameters_are_checked(parameters, message):
 
 
 def test_a_large_image_is_refused_at_the_scan_where_only_that_can_tell():
-    scan = LaserScan.uniform([500.0] * 360, -math.pi, math.pi / 180)
-    with pytest.raises(ValueError, match="1000 m x 1000 m at a resolution of"):
+    corners = [(500, -500), (500, 500), (-500, 500), (-500, -500), (500, -500)]
+    scan = scan_of(*chain(*corners), beams=1441, view=2 * math.pi, range_max=1000.0)
+    with pytest.raises(ValueError, match="1001 m x 1001 m at a resolution of"):
         KanadeTomasi(max_range=math.inf)(scan)
 
 

@@ -12,10 +12,9 @@ from scenes import chain, look, poles, scan_of, wall
 
 from laserfeatures import LaserScan
 from laserfeatures.data import Pose2D
+from laserfeatures.engine import WallDetector
 
 PLAIN = {
-    "range_sigma": None,
-    "object_gap": 0.15,
     "max_pole_radius": 0.4,
     "max_range": 30.0,
     "min_incidence": math.radians(5),
@@ -26,8 +25,12 @@ PLAIN = {
 SHARP = Blur()
 
 
+def outlined(scan, **parameters):
+    return outline(WallDetector().prepared(scan), **{**PLAIN, **parameters})
+
+
 def drawn(scan, resolution=0.02, blur=SHARP, margin=0, **parameters):
-    return draw(*outline(scan, **{**PLAIN, **parameters}), resolution, blur, margin=margin)
+    return draw(outlined(scan, **parameters), resolution, blur, margin=margin)
 
 
 def brightest(picture, x, y, reach=1):
@@ -42,7 +45,7 @@ def brightest(picture, x, y, reach=1):
 
 def chains_of(scan, **parameters):
     """Return the chains that are drawn, as arrays of points."""
-    (x, y, *_), (points, ends) = outline(scan, **{**PLAIN, **parameters})
+    x, y, points, ends, _ = outlined(scan, **parameters)
     return np.split(np.stack([x, y], axis=1)[points], ends[1:-1])
 
 
@@ -125,8 +128,9 @@ def test_nothing_to_draw_is_no_picture():
 
 
 def test_an_image_too_large_is_refused_with_its_numbers():
-    scan = LaserScan.uniform([90.0] * 690, -math.pi, 0.009)
-    with pytest.raises(ValueError, match=r"180 m x 1[78]\d m .* 0.01 m has 3\d{8} pixels, more"):
+    square = chain((90, -90), (90, 90), (-90, 90), (-90, -90), (90, -90))
+    scan = scan_of(*square, beams=1441, view=2 * math.pi, range_max=200.0)
+    with pytest.raises(ValueError, match=r"180 m x 180 m .* 0.01 m has 324072004 pixels, more"):
         drawn(scan, resolution=0.01, max_range=math.inf)
     size.check_size(8000, 8000, 0.02)
     with pytest.raises(ValueError, match="64008000 pixels, more than 64000000: take a coarser"):

@@ -31,7 +31,6 @@ CHI2_95 = 5.991
         ({"max_range": 0.0}, "max_range must be > 0 m, got 0.0"),
         ({"max_range": math.nan}, "max_range must be > 0 m, got nan"),
         ({"min_incidence": 0.0}, "min_incidence must be in"),
-        ({"object_gap": 0.0}, "object_gap must be > 0 m, got 0.0"),
         ({"theta_step": 0.0}, "theta_step must be in .0.001, pi/8. rad, got 0.0"),
         ({"min_votes": 0}, "min_votes must be >= 1, got 0"),
         ({"blur": 0.2}, "blur must be 0 or in .0.5, 20. pixels, got 0.2"),
@@ -49,7 +48,8 @@ def test_parameters_are_checked(parameters, message):
 
 def test_a_large_image_is_refused_at_the_scan_where_only_that_can_tell():
     detector = RasterHough(max_range=math.inf)
-    scan = LaserScan.uniform([500.0] * 360, -math.pi, math.pi / 180)
+    corners = [(500, -500), (500, 500), (-500, 500), (-500, -500), (500, -500)]
+    scan = scan_of(*chain(*corners), beams=1441, view=2 * math.pi, range_max=1000.0)
     with pytest.raises(ValueError, match=r"1000 m x 1000 m at a resolution of 0.02 m has"):
         detector(scan)
     near = scan_of([(2, -1), (2, 1)], sigma=0.003)
@@ -110,22 +110,15 @@ def test_repeats_of_a_line_go_that_opencv_reports(refit):
         for k, line in enumerate(lines):
             errors = abs(line_errors(np.delete(lines, k, axis=0), line))
             assert not ((errors[:, 0] < math.radians(2.5)) & (errors[:, 1] < 0.03)).any()
-        raw, (x, y), cos, sin = extractor.detector._lines(
-            draw(*_drawing(extractor.detector, scan), 0.02, extractor.detector._blur)
-        )
+        detector = extractor.detector
+        drawn = detector._outline(detector.prepared(scan))
+        raw, (x, y), cos, sin = detector._lines(draw(drawn, 0.02, detector._blur))
         row = np.round(raw[:8, 1] * 180 / math.pi).astype(int)
         first = np.stack([row * math.pi / 180, raw[:8, 0] * 0.02 + x * cos[row] + y * sin[row]], 1)
         for k in range(1, 8):
             errors = abs(line_errors(first[:k], first[k]))
             repeats += ((errors[:, 0] < math.radians(2.5)) & (errors[:, 1] < 0.08)).any()
     assert repeats > 20  # of the 80 first lines
-
-
-def _drawing(detector, scan):
-    names = ("range_sigma", "object_gap", "max_pole_radius", "max_range", "min_incidence")
-    return hough.outline(
-        scan, max_missed=detector.max_missed, **{name: getattr(detector, name) for name in names}
-    )
 
 
 def test_a_wall_goes_on_beyond_what_is_drawn():

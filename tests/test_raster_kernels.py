@@ -6,19 +6,19 @@ import kernels
 import kernels_raster
 import numpy as np
 import pytest
+import reference_candidates
 import reference_raster
 from hypothesis import given
 from hypothesis import strategies as st
 from laserfeatures_plugins.raster import drawing, shape, surfaces, walls
 from laserfeatures_plugins.raster.uncertainty import covariances, edge_angles
-from scenes import niche
-
-from laserfeatures.geometry.noise import MIN_SIGMA
+from scenes import niche, niche_scan
 
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
 PLAIN = math.atan(surfaces.PLAIN)
 RESOLUTION = 0.02
 RULES = (surfaces.NOISES, surfaces.BASELINE)
+SIGMA = 0.008
 
 
 @given(seeds, st.floats(0.02, 0.8))
@@ -74,22 +74,28 @@ def test_a_line_in_pixels_is_the_same_line_in_metres(rng, rows, resolution):
     assert (origin + resolution * pixel) @ (c, s) == pytest.approx(d, abs=1e-4 * resolution * 900)
 
 
-@given(seeds, st.integers(3, 8), st.integers(0, 3), st.floats(0.02, 0.6))
-def test_a_seed_is_in_the_middle_of_the_longest_run(rng, min_points, max_missed, max_gap):
+def bounds(max_missed, max_gap):
+    """Return what a wall may be, as the kernels take it."""
+    return 4, max_missed, max_gap, 0.4, 48
+
+
+@given(seeds, st.integers(0, 3), st.floats(0.02, 0.6))
+def test_a_seed_is_in_the_middle_of_the_longest_run(rng, max_missed, max_gap):
     points, beams, lines = niche(rng)
     line = lines[rng.integers(len(lines))] + rng.normal(0, 0.01, 2)
     free = np.flatnonzero(rng.random(len(points)) < 0.9)
-    cut = (min_points, max_missed, max_gap)
-    found = kernels_raster.seed_on(points, beams, free, line, 0.03, cut)
-    expected = reference_raster.seed_on(points[free], beams[free], line, 0.03, cut)
+    rules = (walls.LEAST, max_missed, max_gap)
+    found = kernels_raster.seed_on(points, beams, free, line, 0.03, bounds(max_missed, max_gap))
+    expected = reference_raster.seed_on(points[free], beams[free], line, 0.03, rules)
     assert found == (free[expected] if expected >= 0 else -1)
 
 
 @given(seeds)
 def test_only_free_points_are_kept(rng):
-    free = rng.random(30) < 0.5
-    members = np.flatnonzero(rng.random(30) < 0.7)
-    assert kernels_raster.keep_free(free, members).tolist() == [m for m in members if free[m]]
+    taken = rng.random(30) < 0.5
+    places = np.flatnonzero(rng.random(30) < 0.7)
+    expected = [m for m in places if not taken[m]]
+    assert kernels_raster.keep_free(taken, places).tolist() == expected
 
 
 @given(seeds, st.sampled_from([0.0, 0.01, 3.13]))
@@ -113,41 +119,35 @@ def some_lines(rng, truth):
     return found, list(zip(theta, rho * RESOLUTION + normal @ origin, strict=True))
 
 
-@given(seeds, st.integers(3, 6), st.booleans())
-def test_walls_are_searched_for_as_the_twin_does(rng, min_points, known):
-    points, beams, truth = niche(rng)
-    free = rng.random(len(points)) < 0.9
+@given(seeds, st.integers(0, 4), st.sampled_from([0.05, 0.25]))
+def test_lines_are_proposed_as_the_twin_does(rng, max_missed, max_gap):
+    scan, truth = niche_scan(rng)
+    points = kernels.weighed(scan, SIGMA)
     found, lines = some_lines(rng, truth)
-    cut = (min_points, 3, 0.25)
-    owner, table, noise = kernels_raster.search(
-        *(points, beams, free, 0.008, known), found=found, resolution=RESOLUTION, cut=cut
-    )
-    rules = (kernels.gate_of, walls.ENOUGH, MIN_SIGMA)
-    expected, fits, sigma = reference_raster.search(
-        *(points, beams, free, 0.008, lines, RESOLUTION, cut),
-        known=known, find_wall=kernels.find_wall, rules=rules,
-    )  # fmt: skip
-    np.testing.assert_array_equal(owner[free], expected[free])
-    np.testing.assert_allclose(table, fits, rtol=1e-9)
-    assert noise == pytest.approx(sigma)
-    assert (noise == 0.008) == known or table[:, 5].max(initial=0) < 10
+    rules = (walls.LEAST, max_missed, max_gap)
+    gate = RESOLUTION + walls.SIGMAS * SIGMA
+    expected = reference_raster.propose(points, lines, gate, RESOLUTION, rules)
+    rows = kernels_raster.propose(points, found, RESOLUTION, SIGMA, bounds(max_missed, max_gap))
+    reference_candidates.assert_same(rows, expected)
 
 
-@given(seeds, st.integers(3, 6))
-def test_bins_are_taken_as_the_twin_does(rng, min_points):
-    points, beams, truth = niche(rng)
-    free = rng.random(len(points)) < 0.9
+@given(seeds, st.integers(0, 4))
+def test_bins_are_taken_as_the_twin_does(rng, max_missed):
+    scan, truth = niche_scan(rng)
+    points = kernels.weighed(scan, SIGMA)
     found, lines = some_lines(rng, truth)
-    cut = (min_points, 3, 0.25)
-    table, line, member = kernels_raster.bins(
-        points, beams, free, 0.008, found=found, resolution=RESOLUTION, cut=cut
+    bins = kernels_raster.bins_on(
+        points, len(scan), found, RESOLUTION, SIGMA, bounds(max_missed, 0.25)
     )
-    gate, step = RESOLUTION + kernels.gate_of(0.008), math.pi / 180
-    rows, members = reference_raster.bins(
-        points, beams, free, gate, lines, RESOLUTION, step, cut, walls.WINDOW
-    )
-    np.testing.assert_allclose(table, rows, atol=1e-9)
-    assert [member[line == k].tolist() for k in range(len(table))] == members
+    gate, step = RESOLUTION + walls.SIGMAS * SIGMA, math.pi / 180
+    rules = (walls.LEAST, max_missed, 0.25)
+    expected = reference_raster.bins(points, lines, gate, RESOLUTION, step, rules, walls.WINDOW)
+    assert len(bins.lines) == len(expected)
+    for k, (theta, d, spread, members) in enumerate(expected):
+        assert (bins.lines.theta[k], bins.lines.d[k]) == pytest.approx((theta, d))
+        np.testing.assert_allclose(bins.lines.covariance[k], spread, atol=1e-9)
+        held = np.flatnonzero(bins.points[bins.line == k].any(axis=0))
+        np.testing.assert_array_equal(held, points.beam[members])
 
 
 def picture(rng):

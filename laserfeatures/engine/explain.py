@@ -21,6 +21,7 @@ from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, as_li
 from laserfeatures.engine.prices import PRICE, RETURN_PRICE
 from laserfeatures.engine.segments import Found, cut_walls
 from laserfeatures.engine.sequence import (
+    DOUBLED,
     OPEN,
     Noise,
     Sequence,
@@ -104,7 +105,7 @@ def explain(
     label, walls = settle(points, sums, proposed, PRICE, limits)
     start = better_seam(points, label) if ring != OPEN else 0
     if start > 0:
-        points = as_sequence(turned(table, start, beams))
+        points = as_sequence(turned(table, start, beams - (ring == DOUBLED)))
         sums = running_sums(points)
         rounds = max(rounds, 1)
     for round_ in range(rounds):

@@ -45,6 +45,7 @@ def cut_segments(
     x: FloatArray,
     y: FloatArray,
     beam: IntArray,
+    source: IntArray,
     beams: int,
     theta: FloatArray,
     d: FloatArray,
@@ -58,8 +59,10 @@ def cut_segments(
 
     Parameters
     ----------
+    beam, source : (P,) int arrays
+        Number of each point's beam, in a ring counted on past the last, and in the scan.
     beams : int
-        Number of beams of the scan; in a ring `beam` goes on counting past the last.
+        Number of beams of the scan.
     theta, d : (L,) arrays
         The lines.
     line, member : (M,) int arrays
@@ -113,7 +116,7 @@ def cut_segments(
             i = member[m]
             error = x[i] * c + y[i] * s - d[k]
             square += error * error
-            points[j, beam[i] % beams] = True
+            points[j, source[i]] = True
         of_line[j] = k
         support[j] = ends[j + 1] - ends[j]
         rms[j] = math.sqrt(square / support[j])
@@ -141,15 +144,17 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
     line = np.empty(total, np.int64)
     member = np.empty(total, np.int64)
     beam = np.empty(label.size, np.int64)
+    source = np.empty(label.size, np.int64)
     for i in range(label.size):
         beam[i] = int(points.beam[i])
+        source[i] = int(points.source[i])
         k = label[i]
         if k >= 0:
             line[place[k]] = k
             member[place[k]] = i
             place[k] += 1
     segments = cut_segments(
-        points.x, points.y, beam, beams, theta, d, line, member, limits.max_missed,
+        points.x, points.y, beam, source, beams, theta, d, line, member, limits.max_missed,
         limits.max_gap, MAX_GROWTH,
     )  # fmt: skip
     return pack(theta, walls, segments)

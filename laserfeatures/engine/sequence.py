@@ -41,6 +41,7 @@ class Sequence(NamedTuple):
     floor: FloatArray  # variance across a wall that is met at grazing incidence, in range variances
     jump: FloatArray  # 1 where the return does not go on on the surface of the one before
     beam: FloatArray  # number of the beam; in a ring it goes on counting past the last
+    source: FloatArray  # number of the beam in the scan
 
 
 ROWS = len(Sequence._fields)
@@ -50,15 +51,16 @@ ROWS = len(Sequence._fields)
 def as_sequence(table: FloatArray) -> Sequence:
     """Name the rows of a table (ROWS, P)."""
     return Sequence(
-        table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7], table[8]
-    )
+        table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7], table[8],
+        table[9],
+    )  # fmt: skip
 
 
 @helper
 def in_order(
     directions: FloatArray, ranges: FloatArray, limits: tuple[float, float], ring: int
 ) -> FloatArray:
-    """Return the table of the valid returns with x, y, ux, uy and beam filled in."""
+    """Return the table of the valid returns with x, y, ux, uy, beam and source filled in."""
     beams = ranges.size
     valid = np.empty(beams, np.int64)
     count = 0
@@ -67,8 +69,11 @@ def in_order(
             valid[count] = i
             count += 1
     count = without_constant(directions, ranges, valid, count)
-    if ring == DOUBLED and count > 1 and valid[0] == 0 and valid[count - 1] == beams - 1:
-        count -= 1  # the same direction counts once
+    period = beams
+    if ring == DOUBLED:
+        period = beams - 1
+        if count > 1 and valid[0] == 0 and valid[count - 1] == period:
+            count -= 1  # the same direction counts once
     start = 0
     if ring != OPEN and count > 0:
         start = seam(directions, ranges, valid[:count])
@@ -79,13 +84,14 @@ def in_order(
         turn = 0
         if at >= count:
             at -= count
-            turn = beams
+            turn = period
         i = valid[at]
         points.x[m] = ranges[i] * directions[i, 0]
         points.y[m] = ranges[i] * directions[i, 1]
         points.ux[m] = directions[i, 0]
         points.uy[m] = directions[i, 1]
         points.beam[m] = i + turn
+        points.source[m] = i
     return table
 
 
@@ -208,15 +214,16 @@ def step_jumps(points: Sequence, i: int, j: int) -> float:
 
 
 @helper
-def turned(table: FloatArray, start: int, beams: int) -> FloatArray:
+def turned(table: FloatArray, start: int, period: int) -> FloatArray:
     """Return the table of a ring begun at another return."""
     n = table.shape[1]
     out = np.empty((ROWS, n))
     for row in range(ROWS):
         for i in range(n):
             out[row, i] = table[row, (i + start) % n]
+    points = as_sequence(out)
     for i in range(n - start, n):
-        out[ROWS - 1, i] += beams
-    out[ROWS - 2, n - start] = step_jumps(as_sequence(out), n - start - 1, n - start)
-    out[ROWS - 2, 0] = 1.0
+        points.beam[i] += period
+    points.jump[n - start] = step_jumps(points, n - start - 1, n - start)
+    points.jump[0] = 1.0
     return out

@@ -101,7 +101,7 @@ class PaperHough:
         covariance[:, 1, 1] = self.distance_step**2 / 12
         on_line, member = np.nonzero(members)
         line, endpoints, support, rms, points = cut_segments(
-            x, y, scan.beams, len(scan), theta, d, on_line, member, 0, 0.0, math.inf
+            x, y, scan.beams, scan.beams, len(scan), theta, d, on_line, member, 0, 0.0, math.inf
         )
         lines = Lines(theta=theta, d=d, support=members.sum(axis=1), covariance=covariance)
         return LineSegments(
