@@ -46,7 +46,7 @@ class Intersections:
 
     max_distance: float | None = None
     min_angle: float = math.radians(15.0)
-    max_sigma: float = 0.2
+    max_sigma: float = 0.25
     reach: float = 0.05
 
     def __post_init__(self) -> None:

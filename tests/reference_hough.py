@@ -3,6 +3,8 @@
 import math
 
 import numpy as np
+import reference_candidates
+import reference_engine
 
 
 def votes(points, theta, d):
@@ -79,4 +81,32 @@ def peak_rows(counts, min_votes, flank):
             for t in range(row - flank, row + flank + 1):
                 if counts[t % len(counts)] <= counts[row]:
                     done.add(t % len(counts))
+    return found
+
+
+def propose(points, rows, distance_step, max_missed, vote, rules):
+    """Twin of `propose`: rows (c, s, d, first, last).
+
+    `vote` lets points vote, with so many partners, and returns what `vote_pairs` fills. `rules` are
+    the kernel's (least points, partners, least votes, rows beside a peak).
+    """
+    least, partners, min_votes, flank = rules
+    at = reference_engine.xy(points)
+    tolerance = distance_step / 4 + 2 * math.sqrt(points.variance.mean())
+    taken = np.zeros(len(at), bool)
+    found, grew = [], True
+    while grew and (~taken).sum() >= least:
+        grew = False
+        best = vote(at, np.flatnonzero(~taken), tolerance, partners if found else 1)
+        for row in peak_rows(best.tolist(), min_votes, flank):
+            seed = int(best[row]) & 0xFFFFFFFF
+            if taken[seed]:
+                continue
+            normal = math.cos(row * math.pi / rows), math.sin(row * math.pi / rows)
+            line = *normal, at[seed] @ normal
+            wall = reference_candidates.grow(points, taken, seed, line, distance_step, max_missed)
+            if wall[-1] > 0:
+                found.append(reference_candidates.row(wall))
+                taken = reference_candidates.taken_by(points, taken, wall)
+                grew = True
     return found

@@ -43,7 +43,7 @@ def scan_of(*walls, **view) -> LaserScan:
 
 
 def niche_scan(rng):
-    """Return a scan of a wall with a niche, a door and false returns, and the lines of its walls."""
+    """Return a scan of a wall with a niche, a door and false returns, and its walls' lines."""
     lines = chain((2, -3), (2, -1), (2.3, -1), (2.3, 0), (2, 0), (2, 0.8))
     lines.append([(2, rng.uniform(0.9, 2)), (2, 3)])
     scan = scan_of(*lines, sigma=0.005, seed=int(rng.integers(10**6)), beams=181)

@@ -1,13 +1,15 @@
 import math
 
 import kernels
+import kernels_proposals
 import numpy as np
 import pytest
+import reference_candidates
 import reference_hough
 from hypothesis import given
 from hypothesis import strategies as st
-from laserfeatures_plugins.direct_hough import DirectHough, accumulator, voting
-from scenes import chain, scan_of, wall
+from laserfeatures_plugins.direct_hough import DirectHough, accumulator, search, voting
+from scenes import chain, niche_scan, scan_of, wall
 
 from laserfeatures import LaserScan
 
@@ -135,6 +137,20 @@ def test_peaks_come_by_falling_votes_without_their_flanks(counts, rng):
     best = (np.array(counts) << 32) + rng.permutation(len(counts))
     found = kernels.peaks(best, 3)
     assert found == reference_hough.peak_rows(best.tolist(), 3, voting.FLANK)
+
+
+@given(seeds, st.sampled_from([0.05, 0.15]), st.integers(0, 4), st.sampled_from([0.003, 0.02]))
+def test_lines_are_proposed_as_the_twin_does(rng, chord, max_missed, sigma):
+    points = kernels.weighed(niche_scan(rng)[0], sigma)
+
+    def votes(at, live, tolerance, partners):
+        most, voter = vote(at, live, chord, tolerance, partners)
+        return most << 32 | voter
+
+    rules = (search.LEAST, search.PARTNERS, search.MIN_VOTES, voting.FLANK)
+    expected = reference_hough.propose(points, ROWS, 0.05, max_missed, votes, rules)
+    found = kernels_proposals.voted(points, ROWS, 0.05, chord, max_missed, row=voting.ROW)
+    reference_candidates.assert_same(found, expected)
 
 
 @given(

@@ -9,7 +9,7 @@ from recordings import DATA, RECORDINGS, needs_recordings
 from scenes import chain, look, poles, random_room, scan_of, wall
 from scipy.optimize import linear_sum_assignment
 
-from laserfeatures import LaserScan, Pose2D, get_extractor, open_source
+from laserfeatures import Pose2D, get_extractor, open_source
 
 CHI2_95 = 5.991
 GATE = 0.2  # [m]

@@ -19,7 +19,7 @@ from scenes import (
     wall,
 )
 
-from laserfeatures import LaserScan, get_extractor, open_source
+from laserfeatures import get_extractor, open_source
 
 CHI2_95 = 5.991
 

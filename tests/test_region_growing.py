@@ -114,7 +114,9 @@ def test_long_walls_are_found_where_every_fifth_beam_is_false(parameters):
 
 @pytest.mark.parametrize("far", [2.0, 80.0, 1000.0])
 def test_running_sums_are_as_good_far_from_the_sensor(far):
-    scan = scan_of([(far - 0.15, -0.5), (far + 0.15, 0.5)], beams=100, view=0.9 / far, range_max=2e3)
+    scan = scan_of(
+        [(far - 0.15, -0.5), (far + 0.15, 0.5)], beams=100, view=0.9 / far, range_max=2e3
+    )
     points = kernels.weighed(scan)
     assert len(points.x) > 80
     found = kernels_proposals.grow_region(points, 0, 3)

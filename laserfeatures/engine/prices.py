@@ -5,7 +5,7 @@ A piece costs its chi squared and a price, which stands for all that has to be s
 seeds for tuning) and looked at on real logs (`benchmarks/repeatability.py`).
 """
 
-PRICE = 26.0  # of a wall: two parameters, one change point, and the chance of four strays in line
+PRICE = 24.0  # of a wall: two parameters, one change point, and the chance of four strays in line
 RETURN_PRICE = 20.0  # of a piece more of a wall that is known
-ARC_PRICE = 23.0  # of a round object, which stands alone: it has a jump on either side
+ARC_PRICE = 21.0  # of a round object, which stands alone: it has a jump on either side
 STRAY_PRICE = 9.0  # of a return that nothing explains
