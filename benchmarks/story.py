@@ -1,11 +1,12 @@
 """Draw docs/story_*.png: one scan after each step of `direct_hough`, for docs/direct-hough.md.
 
-Run ``python benchmarks/story.py``; ``--docs`` says where the pictures go. The scan is of a simulated
-office room with a column and some false beams, all from one seed. Each step calls the kernels that
-the extractor calls, and what comes out at the end is checked to be what the extractor returns.
+Run ``python benchmarks/story.py``; ``--docs`` says where the pictures go. The scan is of a
+simulated office room with a column and some false beams, all from one seed. Each step calls the
+kernels that the extractor calls, and what comes out is checked to be what the extractor returns.
 """
 
 import argparse
+import io
 import math
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from laserfeatures_plugins.direct_hough import search, voting
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Rectangle
 from page import new_figure
+from PIL import Image
 
 import laserfeatures as lf
 from laserfeatures import figures
@@ -26,14 +28,15 @@ from laserfeatures.engine.prices import PRICE, RETURN_PRICE
 from laserfeatures.simulation import Scanner, World
 
 ROOT = Path(__file__).parents[1]
-SEED = 410
+SEED = 4824
 SCANNER = Scanner(
     beams=541, field_of_view=math.radians(270), range_max=10.0, range_sigma=0.012, outliers=0.012
 )
 COLUMN = 0.12  # [m], radius
-ROOM = np.array([[-1.75, -2.05], [2.15, 3.35]])  # [m], shown of the scan
-RIGHT_WALL = np.array([[0.84, -1.75], [1.16, 1.6]])  # [m], in step 5
-LEAF = np.array([[-0.9, 0.45], [-0.3, 1.05]])  # [m], in step 9
+FIRST_ROW = math.radians(-45)  # of the votes as they are drawn
+TURN = 0.07  # [rad], of the sensor from the walls' directions
+ROOM_MARGIN = 0.4  # [m]
+COLORS = 128  # of a picture
 
 BLUE, LIGHT, RED, GREY = figures.BLUE, "#6aaee0", figures.RED, "0.6"
 NEW, ROUND = "#e07b00", "#2b8a3e"
@@ -74,7 +77,9 @@ def scene(seed):
         bearing, away = pose.theta + rng.uniform(-1.8, 1.8), rng.uniform(1.0, 2.0)
         place = (pose.x + away * math.cos(bearing), pose.y + away * math.sin(bearing))
         if world.distances(place).min() > 0.45:
-            return World(boxes=world.boxes, poles=[*world.poles, [*place, COLUMN]]), pose
+            turn = round(pose.theta / (math.pi / 2)) * math.pi / 2 + TURN
+            poles = [*world.poles, [*place, COLUMN]]
+            return World(boxes=world.boxes, poles=poles), lf.Pose2D(pose.x, pose.y, turn)
 
 
 def tell():
@@ -134,37 +139,46 @@ def main():
     parser.add_argument("--docs", type=Path, default=ROOT / "docs")
     arguments = parser.parse_args()
     story = tell()
-    for number, draw in enumerate(STEPS, start=1):
+    for number, (title, draw) in enumerate(STEPS.items(), start=1):
         figure = new_figure(9.0, 6.0)
-        figure.suptitle(f"{number}. {draw.__doc__}", fontsize="medium", x=0.01, ha="left")
-        left, right = figure.subplots(1, 2, width_ratios=[4.3, 4.7])
+        figure.suptitle(f"{number}. {title}", fontsize="medium", x=0.01, ha="left")
+        left, right = figure.subplots(1, 2)
         draw(story, left, right)
         figures.draw_legend(figure, columns=4)
         path = arguments.docs / f"story_{number:02d}.png"
-        figure.savefig(path, dpi=100, pil_kwargs={"optimize": True})
+        save(figure, path)
         print(f"wrote {path}, {path.stat().st_size / 1e3:.0f} kB")
+
+
+def save(figure, path):
+    """Save a picture of few colours, which takes half the room."""
+    full = io.BytesIO()
+    figure.savefig(full, dpi=100)
+    few = Image.open(full).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 # The pictures: on the left the scan, on the right what the step looks at
 
 
 def order(story, left, right):
-    """The returns in the order of their beams."""
+    """Draw step 1."""
     points = story.ordered
     number = np.arange(points.x.size)
     style = {"c": number, "cmap": "viridis", "s": 6}
     left.plot(points.x, points.y, color="0.85", linewidth=0.6, zorder=1)
-    shade = left.scatter(points.x, points.y, zorder=2, **style)
-    left.figure.colorbar(shade, ax=left, label="number of the return", location="bottom", aspect=40)
+    left.scatter(points.x, points.y, zorder=2, **style)
     frame(left, *whole(points))
     right.scatter(points.beam, np.hypot(points.x, points.y), **style)
     silent = np.setdiff1d(np.arange(len(story.scan)), points.beam)
-    right.plot(silent, np.zeros(silent.size), **CROSS, label="no return", clip_on=False)
-    right.set(xlabel="beam", ylabel="range [m]", ylim=(0, None))
+    if silent.size:
+        right.plot(silent, np.zeros(silent.size), **CROSS, label="no return")
+    right.set(xlabel="beam", ylabel="range [m]", ylim=(-0.2, None))
+    right.set_title("dark first, light last", fontsize="small", loc="right")
 
 
 def tell_noise(story, left, right):
-    """What short stretches show of the noise; returns that stand out alone are set aside."""
+    """Draw step 2."""
     points = story.ordered
     lone = ~np.isin(points.beam, story.points.beam)
     left.plot(points.x, points.y, "k", **DOT, label="return")
@@ -184,7 +198,7 @@ def tell_noise(story, left, right):
 
 
 def propose(story, left, right):
-    """Lines proposed: peaks of the votes, grown along the scan."""
+    """Draw step 3."""
     points, lines = story.points, story.proposed
     left.plot(points.x, points.y, "k", **DOT, label="return")
     for k, (c, s, d, first, last) in enumerate(lines.T):
@@ -194,80 +208,73 @@ def propose(story, left, right):
         name = "line grown from a peak" if k == 0 else "_"
         left.plot(x, y, color=BLUE, linewidth=5, alpha=0.35, solid_capstyle="butt", label=name)
         tag(left, k, x.mean(), y.mean(), c * d, s * d)
-    frame(left, *ROOM)
+    frame(left, *room(story))
     theta, d, votes = first_votes(story)
-    shade = right.pcolormesh(np.degrees(theta), d, np.sqrt(votes.T), cmap="Greys", rasterized=True)
-    shade.set_clim(0, math.sqrt(votes.max()))
-    turned = np.arctan2(lines[1], lines[0]) % math.pi
-    side = np.where(np.arctan2(lines[1], lines[0]) < 0, -1, 1)
+    shade = right.pcolormesh(np.degrees(theta), d, votes.T, cmap="Greys", rasterized=True)
+    shade.set_clim(0, 5)
+    bearing = np.arctan2(lines[1], lines[0])
+    turned = (bearing - FIRST_ROW) % math.pi + FIRST_ROW
+    side = np.cos(bearing - turned)
     right.plot(
         np.degrees(turned), side * lines[2], "o", color=BLUE, fillstyle="none", markersize=11,
         label="proposed line",
     )  # fmt: skip
-    right.set(xlabel="θ [deg]", ylabel="d [m]", xlim=(0, 180), ylim=(-2.2, 3.4))
-    right.set_title("first round of votes", fontsize="small", loc="right")
+    for k in range(turned.size):
+        right.text(np.degrees(turned[k]) + 6, side[k] * lines[2, k], str(k), fontsize=8)
+    far = 1.1 * lines[2].max()
+    right.set(xlabel="θ [deg]", ylabel="d [m]", ylim=(-far, far))
+    right.set_title("votes of the first round", fontsize="small", loc="right")
 
 
 def explain_all(story, left, right):
-    """All returns explained at the least cost: walls, round objects, strays."""
+    """Draw step 4."""
     points, label = story.points, story.explained
     known = story.proposed.shape[1]
     colors = pieces(left, right, points, label, known)
-    frame(left, *ROOM)
+    frame(left, *room(story))
     for k in colors:
-        mine = label == k
-        name = "no line was proposed" if k >= known else ""
-        mark(left, points, mine, k, name)
-    right.set(xlabel="number of the return", ylabel="range [m]", ylim=(0, None))
+        mark(left, points, label == k, k)
+    right.set(xlabel="number of the return", ylabel="range [m]", ylim=(-0.2, None))
     right.set_title("the sequence of pieces", fontsize="small", loc="right")
 
 
 def settle(story, left, right):
-    """Fitted, merged where one line costs less, and explained again with the merged lines."""
+    """Draw step 5."""
     points, (label, found) = story.points, story.settled
     pieces(left, None, points, label, found.size)
     for k in np.unique(label[label >= 0]):
-        mark(left, points, label == k, k, "")
-    frame(left, *ROOM)
-    box(left, RIGHT_WALL)
-    x, y = points.x, points.y
-    near = inside(points, RIGHT_WALL)
-    right.plot(x[near], y[near], "k", **DOT, label="return")
-    first = True
-    for k in np.unique(story.explained[near]):
-        mine = near & (story.explained == k)
-        if k < 0 or mine.sum() < 20:
-            continue
-        c, s, d = fitted(points, story.explained == k)
-        ends = np.array([y[mine].min(), y[mine].max()])
-        right.plot(
-            (d - s * ends) / c, ends, color=NEW, linewidth=2,
-            label="pieces of step 4, each fitted" if first else "_",
-        )  # fmt: skip
-        first = False
-    k = np.bincount(label[near & (label >= 0)]).argmax()
-    ends = RIGHT_WALL[:, 1]
+        mark(left, points, label == k, k)
+    frame(left, *room(story))
+    k, parts = most_merged(story)
     wall = found[k]
-    right.plot((wall.d - wall.s * ends) / wall.c, ends, "--", color=BLUE, label="merged")
-    right.set(xlim=RIGHT_WALL[:, 0], ylim=RIGHT_WALL[:, 1], xlabel="x [m], stretched")
-    right.set_ylabel("y [m]")
+    mine = label == k
+    along, off = along_off(points, wall)
+    right.plot(along[mine], 1e3 * off[mine], "k", **DOT)
+    for rank, part_ in enumerate(parts):
+        one = mine & (story.explained == part_)
+        c, s, d = fitted(points, one)
+        ends = np.array([along[one].min(), along[one].max()])
+        x, y = wall.c * wall.d - wall.s * ends, wall.s * wall.d + wall.c * ends
+        across = (d - c * x - s * y) / (c * wall.c + s * wall.s)
+        name = "pieces of step 4, each fitted" if rank == 0 else "_"
+        right.plot(ends, 1e3 * across, color=NEW, linewidth=2, label=name)
+    right.axhline(0, linestyle="--", color=BLUE, label=f"line {k}, merged of them")
+    right.set(xlabel=f"along line {k} [m]", ylabel="off the line [mm]")
 
 
 def part(story, left, right):
-    """Where two walls meet, the bearing of the corner parts their returns."""
+    """Draw step 6."""
     points, (before, _), (label, found) = story.points, story.settled, story.parted
     changed = np.flatnonzero(before != label)
     pieces(left, None, points, label, found.size)
     x, y = points.x[changed], points.y[changed]
     left.plot(x, y, "o", color=NEW, fillstyle="none", markersize=9, label="changed its wall")
-    frame(left, *ROOM)
-    i = changed[0]
-    one, other = found[label[i]], found[before[i] if before[i] >= 0 else label[i + 1]]
-    corner = crossing(one, other)
+    frame(left, *room(story))
+    pair, corner = most_parted(story)
     shown = np.array([corner - 0.16, corner + 0.16])
     box(left, shown)
     near = inside(points, shown)
-    for k, color in ((label[i], BLUE), (before[i], LIGHT)):
+    for k, color in zip(pair, (BLUE, LIGHT), strict=True):
         mine = near & (label == k)
         right.plot(points.x[mine], points.y[mine], "o", color=color, markersize=5)
         right.axline(*on_line(found[k]), color=color, linewidth=1)
@@ -280,39 +287,42 @@ def part(story, left, right):
 
 
 def weigh(story, left, right):
-    """The evidence of each wall, and its covariance."""
+    """Draw step 7."""
     before, found, label = story.weighed
     points = story.points
     pieces(left, None, points, label, found.size)
     for k in range(found.size):
-        mark(left, points, label == k, k, "")
-    frame(left, *ROOM)
+        mark(left, points, label == k, k)
+    frame(left, *room(story))
     rank = np.argsort(found["evidence"])
     evidence = found["evidence"][rank]
     right.barh(range(found.size), evidence, color=LIGHT)
-    right.set(xscale="log", xlim=(1, evidence.max() * 60), xlabel="evidence [nats]")
+    right.set(
+        xscale="log",
+        xlim=(1, evidence.max() * 60),
+        xlabel="evidence [nats], and the sigmas of θ and d",
+    )
     right.set_yticks(range(found.size), [f"wall {k}" for k in rank])
     for row, k in enumerate(rank):
         turn, shift = math.degrees(math.sqrt(found["var_theta"][k])), math.sqrt(found["var_d"][k])
-        text = f"{evidence[row]:.0f}: σθ {turn:.2f}°, σd {1e3 * shift:.1f} mm"
+        text = f"{evidence[row]:.0f}: {turn:.2f}°, {1e3 * shift:.1f} mm"
         right.text(max(evidence[row], 1) * 1.15, row, text, va="center", fontsize=8)
     ratio = found["var_d"] / before["var_d"]
-    text = f"covariances inflated by up to {100 * (ratio.max() - 1):.0f} %"
+    text = f"covariances times {ratio.max():.2f} at the most, for roughness"
     right.set_title(text, fontsize="small", loc="right")
 
 
 def cut(story, left, right):
-    """Each line cut into segments where its returns leave a gap."""
+    """Draw step 8."""
     points, label, found = story.points, story.weighed[2], story.weighed[1]
     left.plot(points.x, points.y, "k", **DOT, label="return")
     segments_of(left, story.cut.endpoints, BLUE, "segment")
-    frame(left, *ROOM)
-    k = int(np.bincount(story.cut.line).argmax())
-    c, s = found["c"][k], found["s"][k]
-    mine = label == k
-    along, off = points.y * c - points.x * s, points.x * c + points.y * s - found["d"][k]
-    right.plot(along[mine], 1e3 * off[mine], "k", **DOT)
-    ends = np.sort(story.cut.endpoints[story.cut.line == k] @ (-s, c), axis=1)
+    frame(left, *room(story))
+    k = int(np.bincount(story.cut.line[story.cut.support >= 6]).argmax())
+    wall = found.view(walls.WALL)[k]
+    along, off = along_off(points, wall)
+    right.plot(along[label == k], 1e3 * off[label == k], "k", **DOT)
+    ends = np.sort(story.cut.endpoints[story.cut.line == k] @ (-wall.s, wall.c), axis=1)
     ends = ends[np.argsort(ends[:, 0])]
     for low, high in ends:
         right.plot([low, high], [0, 0], color=BLUE, linewidth=5, alpha=0.45)
@@ -323,11 +333,11 @@ def cut(story, left, right):
 
 
 def clean(story, left, right):
-    """What is no reliable surface is removed."""
+    """Draw step 9."""
     kept = story.features.segments.endpoints
     gone = [e for e in story.cut.endpoints if not (kept == e).all(axis=(1, 2)).any()]
-    shown = np.array([np.mean(gone[0], axis=0) - 0.5, np.mean(gone[0], axis=0) + 0.5])
-    for axes, limits in ((left, ROOM), (right, shown)):
+    shown = np.array([np.mean(gone[0], axis=0) - 0.4, np.mean(gone[0], axis=0) + 0.4])
+    for axes, limits in ((left, room(story)), (right, shown)):
         axes.plot(story.points.x, story.points.y, "k", **DOT, label="return")
         segments_of(axes, kept, BLUE, "segment that stays")
         segments_of(axes, gone, NEW, "segment that goes")
@@ -336,22 +346,34 @@ def clean(story, left, right):
 
 
 def cross(story, left, right):
-    """The lines crossed: corners in sight filled, virtual ones hollow."""
+    """Draw step 10."""
     features = story.features
-    figures.draw_scan(left, features, removed=np.empty((0, 2)), limits=ROOM)
+    figures.draw_scan(left, features, removed=np.empty((0, 2)), limits=np.array(room(story)))
     left.set_title("")
     corners = features.corners
     real = np.flatnonzero(corners.real)
-    k = real[corners.evidence[real].argmax()]
+    apart = np.hypot(*(corners.positions[real, None] - corners.positions[None]).T)
+    k = real[np.sort(apart, axis=0)[1].argmax()]  # the one that no other is near
     shown = corners.positions[k] + np.array([[-0.1, -0.1], [0.1, 0.1]])
     figures.draw_scan(right, features, removed=np.empty((0, 2)), limits=shown)
     sigma = 1e3 * np.sqrt(np.linalg.eigvalsh(corners.covariance[k]))
-    text = f"σ {sigma[1]:.1f} and {sigma[0]:.1f} mm, evidence {corners.evidence[k]:.1f} nats"
+    text = f"sigma {sigma[1]:.1f} and {sigma[0]:.1f} mm, evidence {corners.evidence[k]:.1f} nats"
     right.set_title(text, fontsize="small", loc="right")
     box(left, shown)
 
 
-STEPS = (order, tell_noise, propose, explain_all, settle, part, weigh, cut, clean, cross)
+STEPS = {
+    "The returns in the order of their beams": order,
+    "What short stretches show of the noise; returns that stand out alone set aside": tell_noise,
+    "Lines proposed: peaks of the votes, grown along the scan": propose,
+    "All returns explained at the least cost: walls, round objects, strays": explain_all,
+    "Fitted, merged where one line costs less, and explained again with the merged lines": settle,
+    "Where two walls meet, the bearing of the corner parts their returns": part,
+    "The evidence of each wall, and its covariance": weigh,
+    "Each line cut into segments where its returns leave a gap": cut,
+    "Segments that are no reliable surface removed": clean,
+    "The lines crossed: corners in sight filled, virtual ones hollow": cross,
+}
 
 
 # What the pictures share
@@ -385,9 +407,8 @@ def pieces(left, right, points, label, known):
     return present
 
 
-def mark(axes, points, mine, number, note):
+def mark(axes, points, mine, number):
     """Write the number of a wall beside it."""
-    del note
     tag(axes, number, points.x[mine].mean(), points.y[mine].mean(), *fitted(points, mine)[:2])
 
 
@@ -420,7 +441,47 @@ def first_votes(story):
     )  # fmt: skip
     half = voting.BINS // 2
     votes = np.roll(votes[:, : voting.BINS], half, axis=1)
-    return np.arange(cos.size) * math.pi / cos.size, (np.arange(-half, half) + 0.5) * step, votes
+    theta, d = np.arange(cos.size) * math.pi / cos.size, (np.arange(-half, half) + 0.5) * step
+    late = theta >= FIRST_ROW + math.pi  # the same lines are those at theta - pi, -d
+    votes[late] = votes[late, ::-1]
+    order = np.argsort(theta - math.pi * late)
+    return (theta - math.pi * late)[order], d, votes[order]
+
+
+def along_off(points, wall):
+    """Return where returns are along a wall's line, and how far off it [m]."""
+    along = points.y * wall.c - points.x * wall.s
+    return along, points.x * wall.c + points.y * wall.s - wall.d
+
+
+def most_merged(story):
+    """Return the wall of step 5 that most pieces of step 4 went into, and these."""
+    label, found = story.settled
+    parts = [
+        [j for j in np.unique(story.explained[label == k]) if j >= 0
+         and 2 * ((label == k) & (story.explained == j)).sum() > (story.explained == j).sum()]
+        for k in range(found.size)
+    ]  # fmt: skip
+    k = max(range(found.size), key=lambda k: len(parts[k]))
+    return k, parts[k]
+
+
+def most_parted(story):
+    """Return the two walls between which most returns changed in step 6, and their corner."""
+    before, (after, found) = story.settled[0], story.parted
+    changed = np.flatnonzero((before != after) & (before >= 0))
+    pairs = np.sort(np.stack([before[changed], after[changed]], axis=1), axis=1)
+    kinds, count = np.unique(pairs, axis=0, return_counts=True)
+    one, other = kinds[count.argmax()]
+    return (one, other), crossing(found[one], found[other])
+
+
+def room(story):
+    """Return the corners of what is shown of the scan: all but single returns."""
+    label = story.explained
+    mine = label != partition.STRAY
+    places = np.stack([story.points.x, story.points.y], axis=1)[mine]
+    return places.min(axis=0) - ROOM_MARGIN, places.max(axis=0) + ROOM_MARGIN
 
 
 def on_line(wall):

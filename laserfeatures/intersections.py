@@ -1,4 +1,4 @@
-"""The stage that makes corners: the intersections of lines (the paper's section II.D)."""
+"""Step 10: make corners, the intersections of lines (the paper's section II.D)."""
 
 import math
 from dataclasses import dataclass

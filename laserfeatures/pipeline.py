@@ -91,7 +91,9 @@ class Pipeline:
                 f"extractor {self.name!r} must return LineSegments or PointFeatures, "
                 f"got {type(detected).__name__}"
             )
+        # 9. Remove what is no reliable segment.
         segments = self.segment_filter(detected)
+        # 10. Cross the lines.
         corners = self.intersections(segments, limit=scan.range_max)
         return Features.trusted(scan=scan, segments=segments, corners=corners)
 

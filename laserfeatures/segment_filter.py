@@ -1,4 +1,4 @@
-"""The stage that removes segments which are no reliable surface (the paper's section II.C)."""
+"""Step 9: remove segments which are no reliable surface (the paper's section II.C)."""
 
 import math
 from dataclasses import dataclass

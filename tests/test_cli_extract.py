@@ -69,13 +69,18 @@ def test_min_evidence_chooses_the_surer_lines(log, monkeypatch):
         return replace(found, lines=replace(found.lines, evidence=evidence))
 
     monkeypatch.setitem(registry._registered, "telling", lambda: telling)
-    every = records(run("extract", log, "-e", "telling").stdout)
-    asked = ("-e", "telling", "-p", "segment_filter.min_evidence=15")
-    sure = records(run("extract", log, *asked).stdout)
+    asked = ("extract", log, "-e", "telling", "-p", "intersections.max_distance=20")
+    every = records(run(*asked).stdout)
+    sure = records(run(*asked, "-p", "segment_filter.min_evidence=15").stdout)
     for before, after in zip(every, sure, strict=True):
         assert after["lines"] == [line for line in before["lines"] if line["evidence"] >= 15]
-        weakest = [min(after["lines"][k]["evidence"] for k in c["lines"]) for c in after["corners"]]
-        assert [corner["evidence"] for corner in after["corners"]] == weakest
+        kept = [
+            corner
+            for corner in before["corners"]
+            if all(before["lines"][k]["evidence"] >= 15 for k in corner["lines"])
+        ]
+        for name in ("x", "y", "evidence"):
+            assert [each[name] for each in after["corners"]] == [each[name] for each in kept]
     assert any(record["corners"] for record in sure)
     assert sum(len(r["lines"]) for r in sure) < sum(len(r["lines"]) for r in every)
     message = fails("extract", log, "-p", "segment_filter.min_evidence=-1")

@@ -95,6 +95,6 @@ def test_a_pipeline_tells_all_its_parameters():
     pipeline = Pipeline(name="x", detector=DirectHough(range_sigma=0.01))
     assert dataclasses.asdict(pipeline)["detector"]["range_sigma"] == 0.01
     assert "range_sigma=0.01" in repr(pipeline)
-    assert "max_sigma=0.3" in repr(pipeline)
+    assert "max_sigma=0.25" in repr(pipeline)
     with pytest.raises(dataclasses.FrozenInstanceError):
         pipeline.name = "y"

@@ -88,7 +88,7 @@ def test_more_missed_beams_than_allowed_end_a_segment_but_not_its_line():
         pytest.param(
             {},
             marks=pytest.mark.xfail(
-                reason="false beams make the noise look larger than it is: 83 % are found"
+                reason="false beams make the noise look larger than it is: 45 % are found"
             ),
         ),
     ],

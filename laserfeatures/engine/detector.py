@@ -94,6 +94,7 @@ class WallDetector:
         """
         check_gap(scan, self.max_gap)
         table = self.prepared(scan, noise)
+        # 3. Propose lines.
         lines = self.propose(table)
         found = explain(table, lines, scan.ring, len(scan), self._limits, self.rounds)
         return line_segments(found)

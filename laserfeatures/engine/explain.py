@@ -10,6 +10,8 @@ The steps, with the numbers that docs/direct-hough.md gives them:
 6. part the returns of walls that meet by the bearing of their corner, fit again
 7. weigh the evidence of each wall, inflate the covariances
 8. cut the lines into segments
+
+What follows is the pipeline's: 9 filter the segments, 10 cross the lines.
 """
 
 import numpy as np

@@ -6,7 +6,7 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.compiled import helper
-from laserfeatures.engine.sequence import Noise, Sequence
+from laserfeatures.engine.sequence import MISSED, Noise, Sequence
 
 STRETCH = 8  # returns
 FREEDOM = STRETCH - 2.0
@@ -59,6 +59,8 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
         least = max(least, resolution * resolution / 12.0)
     count = 0
     for i in range(0, n - STRETCH + 1, every):
+        if points.beam[i + STRETCH - 1] - points.beam[i] >= STRETCH + MISSED:
+            continue
         misfit, weight = scatter(points, i)
         if misfit >= 0.0:
             variance[count] = max(misfit / FREEDOM, least)

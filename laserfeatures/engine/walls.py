@@ -294,7 +294,8 @@ def inflate_covariances(points: Sequence, walls: Walls) -> None:
         share += rough / (1.0 + rough)
     share /= max(points.x.size, 1)
     excess, freedom = excess_of(walls)
-    share += max(excess, 0.0) * freedom / (freedom + PRIOR)
+    sure = max(excess - math.sqrt(2.0 / max(freedom, 1.0)), 0.0)
+    share += sure * freedom / (freedom + PRIOR)
     for k in range(walls.size):
         wall = walls[k]
         ratio = 1.0 + share * min(wall.points, ALIKE)
