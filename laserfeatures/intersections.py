@@ -194,7 +194,7 @@ def _evidence(extent: float, det: float, weaker: float) -> float:
     the weaker line's evidence: of what was tried this tells best, on real logs, which corners the
     next scan shows again (`benchmarks/repeatability.py --curves`).
     """
-    if weaker == 0.0:
+    if weaker == 0.0 or extent == 0.0:
         return 0.0
     if not det > 0.0:
         return weaker

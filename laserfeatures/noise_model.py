@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.data import LaserScan
+from laserfeatures.engine.certainty import LARGEST
 from laserfeatures.engine.detector import WallDetector
 from laserfeatures.engine.explain import prepare
 from laserfeatures.engine.history import CELLS, fit_cells, gather
 from laserfeatures.engine.sequence import INCIDENCE_FLOOR
-from laserfeatures.engine.walls import LARGEST
 
 MEMORY = 300  # scans
 START = 20  # scans after each of which all is estimated anew;

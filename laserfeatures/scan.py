@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only
 
+GAP = 0.5  # [rad]; a wider one is no step of a ring with uneven steps
 FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
 
 # The angles seen last and their directions: a sensor's beams do not change from scan to scan.
@@ -78,9 +79,11 @@ class LaserScan(Record):
             increasing = angles[1:] > angles[:-1]
             if not increasing.all():
                 i = int(np.argmin(increasing))
+                turn = angles[i] - angles[i + 1]
                 raise ValueError(
                     f"angles must be strictly increasing, got {angles[i]:.6g} rad at beam {i} and "
                     f"{angles[i + 1]:.6g} rad at beam {i + 1}"
+                    + (f"; is it a full circle? Begin it at beam {i + 1}" * bool(turn > math.pi))
                 )
             if not angles[-1] - angles[0] <= FULL_TURN:
                 raise ValueError(
@@ -138,7 +141,8 @@ class LaserScan(Record):
     def closed(self) -> bool:
         """Whether the beams go round: the next one after the last would be the first.
 
-        It would within half a step, or the last beam has the direction of the first again.
+        It would within half a step, or the last beam has the direction of the first again. Where
+        steps differ, as of scans merged from two sensors, the widest one counts.
         """
         return self.ring > 0
 
@@ -150,7 +154,11 @@ class LaserScan(Record):
             return 0
         span = float(self.angles[-1] - self.angles[0])
         left, step = 2 * math.pi - span, span / steps
-        return 0 if left > 1.5 * step else 1 if left > 0.5 * step else 2
+        if left <= 1.5 * step:
+            return 1 if left > 0.1 * step else 2
+        if left > GAP:
+            return 0  # without a look at all steps, which takes longer
+        return int(left <= 1.5 * float(np.diff(self.angles).max()))
 
     @cached_property
     def beams(self) -> IntArray:

@@ -7,7 +7,7 @@ from laserfeatures_plugins.direct_hough import search, voting
 from laserfeatures_plugins.ransac import sampling
 
 from laserfeatures.compiled import kernel
-from laserfeatures.engine import arcs, noise, segments, sequence, sums, walls
+from laserfeatures.engine import arcs, certainty, noise, segments, sequence, sums, walls
 from laserfeatures.engine import partition as partitions
 from laserfeatures.engine.prices import PRICE
 
@@ -204,14 +204,14 @@ def prune(label, found, min_points):
 def weigh_evidence(points, label, found):
     """Return the evidence of each wall [nats]."""
     found = found.copy()
-    _compiled(walls.weigh_evidence)(points, label, found)
+    _compiled(certainty.weigh_evidence)(points, label, found)
     return found["evidence"]
 
 
 def inflate_covariances(points, found):
     """Return by how much each wall's covariance grows."""
     grown = found.copy()
-    _compiled(walls.inflate_covariances)(points, grown)
+    _compiled(certainty.inflate_covariances)(points, grown, False)
     ratio = grown["var_theta"] / found["var_theta"]
     for name in ("cov", "var_d"):
         np.testing.assert_allclose(grown[name], ratio * found[name])

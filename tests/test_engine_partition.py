@@ -15,7 +15,7 @@ from laserfeatures.engine.partition import ARC, STRAY, Limits
 from laserfeatures.engine.prices import PRICE, RETURN_PRICE
 
 SIGMA = 0.005
-LIMITS = Limits(4, 3, 0.25, 0.4, 1 << 40)
+LIMITS = Limits(4, 3, 0.25, 0.4, 1 << 40, False)
 SHORT = LIMITS._replace(longest=12)
 NO_LINES = np.empty((0, 5))
 SLACK = 4.0  # that dropped starts may cost: far less than a wall

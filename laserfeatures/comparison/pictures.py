@@ -44,7 +44,7 @@ def evidence_picture(found: Mapping[str, Mapping[str, Curve]]) -> Picture:
         axes.set_xlim(left=0.0)
         axes.grid(visible=True, alpha=0.3)
     figure.axes[0].set_ylabel("share found again")
-    figures.draw_legend(figure, columns=2 if max(map(len, found)) > LONG else 3)
+    figures.draw_legend(figure, columns=2 if max(map(len, found), default=0) > LONG else 3)
     alt = "Share of the real and of the virtual corners found again, over corners a scan"
     return Picture("evidence", "Corners found again, by least evidence", alt, _png(figure))
 
@@ -69,7 +69,7 @@ def growth_picture(found: Growth) -> Picture:
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set(xlabel="beams", ylabel="median time [µs]")
     axes.grid(visible=True, alpha=0.3)
-    figures.draw_legend(figure, columns=1 if max(map(len, found.seconds)) > LONG else 2)
+    figures.draw_legend(figure, columns=1 if max(map(len, found.seconds), default=0) > LONG else 2)
     alt = f"Median time over {found.beams[0]:g} to {found.beams[-1]:g} beams, log-log"
     return Picture("speed", "Median time over the number of beams", alt, _png(figure))
 

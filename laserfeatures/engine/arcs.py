@@ -8,7 +8,7 @@ from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
 
 SHORTEST_ARC = 4  # returns
-CONVEX = 1.0  # [rad] of a circle that must be seen of it from outside,
+CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
 
 
@@ -84,9 +84,30 @@ def angle(points: Sequence, i: int, j: int, cx: float, cy: float) -> float:
 
 @helper
 def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
-    """Tell whether the object of returns i..j-1 is rather round than flat."""
+    """Tell whether the object of returns i..j-1 is rather round than one wall, or two that meet."""
     if j - i < SHORTEST_ARC:
         return False
+    corner = i
+    farthest = 0.0
+    ux = points.x[j - 1] - points.x[i]
+    uy = points.y[j - 1] - points.y[i]
+    for m in range(i, j):
+        off = abs((points.x[m] - points.x[i]) * uy - (points.y[m] - points.y[i]) * ux)
+        if off > farthest:
+            farthest = off
+            corner = m
+    flat = min(
+        PRICE + flat_misfit(points, i, j),
+        2.0 * PRICE + flat_misfit(points, i, corner) + flat_misfit(points, corner, j),
+    )
+    return bool(arc_misfit(points, i, j, max_radius) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE))
+
+
+@helper
+def flat_misfit(points: Sequence, i: int, j: int) -> float:
+    """Return chi squared of the best line through returns i..j-1; 0 for less than three."""
+    if j - i < 3:
+        return 0.0
     w = sx = sy = sxx = sxy = syy = 0.0
     for m in range(i, j):
         weight = points.weight[m]
@@ -96,5 +117,4 @@ def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
         sxx += weight * points.x[m] * points.x[m]
         sxy += weight * points.x[m] * points.y[m]
         syy += weight * points.y[m] * points.y[m]
-    flat = PRICE + line_of(w, sx, sy, sxx, sxy, syy)[3]
-    return bool(arc_misfit(points, i, j, max_radius) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE))
+    return line_of(w, sx, sy, sxx, sxy, syy)[3]

@@ -35,7 +35,7 @@ class WallDetector:
         What that grows by with the range, as a share of it; both add up as squares. None: 0 where
         `range_sigma` is given.
     roughness : float or None
-        Standard deviation of walls from planes [m]. None: 0, or what a `NoiseModel` tells.
+        Standard deviation of walls from planes [m]. None: what a `NoiseModel` or the scan tells.
     min_points : int
         Points that a wall has at least.
     max_missed : int
@@ -61,7 +61,7 @@ class WallDetector:
     min_points: int = 4
     max_missed: int = 3
     max_gap: float = 0.25
-    max_pole_radius: float = 0.4
+    max_pole_radius: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -120,11 +120,11 @@ class WallDetector:
         return sigma, float(self.range_sigma_relative or 0.0), float(self.roughness or 0.0)
 
     @cached_property
-    def _limits(self) -> tuple[int, int, float, float, int]:
+    def _limits(self) -> tuple[int, int, float, float, int, bool]:
         """`Limits` as a plain tuple, which numba takes fast."""
         return (
             int(self.min_points), int(self.max_missed), float(self.max_gap),
-            float(self.max_pole_radius), self.longest,
+            float(self.max_pole_radius), self.longest, self.roughness is not None,
         )  # fmt: skip
 
 

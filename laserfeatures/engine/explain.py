@@ -18,6 +18,7 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.compiled import helper, kernel
+from laserfeatures.engine.certainty import inflate_covariances, weigh_evidence
 from laserfeatures.engine.noise import estimate_noise
 from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, as_limits, partition
 from laserfeatures.engine.prices import PRICE, RETURN_PRICE
@@ -39,11 +40,9 @@ from laserfeatures.engine.walls import (
     Walls,
     fit_walls,
     free_outliers,
-    inflate_covariances,
     merge_collinear,
     part_at_corners,
     prune,
-    weigh_evidence,
 )
 
 PARTINGS = 2  # at corners, each with a fit
@@ -81,7 +80,7 @@ def explain(
     proposed: FloatArray,
     ring: int,
     beams: int,
-    bounds: tuple[int, int, float, float, int],
+    bounds: tuple[int, int, float, float, int, bool],
     rounds: int,
 ) -> Found:
     """Return the lines and segments that explain a scan's returns.
@@ -121,7 +120,8 @@ def explain(
     walls = walls[: prune(label, walls, limits.min_points)]
     # 7. Weigh evidence, inflate covariances.
     weigh_evidence(points, label, walls)
-    inflate_covariances(points, walls)
+    walls = walls[: prune(label, walls, limits.min_points)]
+    inflate_covariances(points, walls, limits.roughness_told)
     # 8. Cut the lines into segments.
     return cut_walls(points, label, walls, beams, limits)
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from laserfeatures.arrays import FloatArray
+from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.compiled import helper
 from laserfeatures.engine.sequence import MISSED, Noise, Sequence
 
@@ -12,6 +12,7 @@ STRETCH = 8  # returns
 FREEDOM = STRETCH - 2.0
 FEWEST = 4  # stretches that tell a noise
 LOW = 0.1  # quantile of the stretches' variances at which the search begins
+FAR = 8.0  # times as far from its neighbours as they from each other is a stray
 ROUNDS = 6  # of reweighting
 WIDTH = 1.5  # log of the ratio by which a stretch's variance may be off and still count
 FINEST = 1e-4  # of the mean range: no sensor is better
@@ -57,11 +58,12 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
     least = (FINEST * mean) ** 2
     if n > 1:
         least = max(least, resolution * resolution / 12.0)
+    steady = without_strays(points)
     count = 0
-    for i in range(0, n - STRETCH + 1, every):
-        if points.beam[i + STRETCH - 1] - points.beam[i] >= STRETCH + MISSED:
+    for i in range(0, steady.size - STRETCH + 1, every):
+        if points.beam[steady[i + STRETCH - 1]] - points.beam[steady[i]] >= STRETCH + MISSED:
             continue
-        misfit, weight = scatter(points, i)
+        misfit, weight = scatter(points, steady[i : i + STRETCH])
         if misfit >= 0.0:
             variance[count] = max(misfit / FREEDOM, least)
             square[count] = weight / STRETCH
@@ -70,13 +72,37 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
 
 
 @helper
-def scatter(points: Sequence, i: int) -> tuple[float, float]:
+def without_strays(points: Sequence) -> IntArray:
+    """Return the returns but for those far off neighbours which are near each other.
+
+    So far that it is no noise, whatever the noise is. Two rounds: strays may be neighbours.
+    """
+    kept = np.arange(points.x.size)
+    count = kept.size
+    for _ in range(2):
+        left = min(count, 1)
+        for m in range(1, count):
+            if m < count - 1:
+                h, i, j = kept[left - 1], kept[m], kept[m + 1]
+                before = (points.x[i] - points.x[h]) ** 2 + (points.y[i] - points.y[h]) ** 2
+                after = (points.x[i] - points.x[j]) ** 2 + (points.y[i] - points.y[j]) ** 2
+                over = (points.x[j] - points.x[h]) ** 2 + (points.y[j] - points.y[h]) ** 2
+                if min(before, after) > FAR * FAR * over:
+                    continue
+            kept[left] = kept[m]
+            left += 1
+        count = left
+    return kept[:count]
+
+
+@helper
+def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float]:
     """Return the sum of squared range errors of a stretch about its line, and of its ranges.
 
     The first is -1 where the returns are in line with the sensor.
     """
     w = sx = sy = sxx = sxy = syy = 0.0
-    for m in range(i, i + STRETCH):
+    for m in stretch:
         x = points.x[m]
         y = points.y[m]
         square = x * x + y * y

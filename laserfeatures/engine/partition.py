@@ -39,6 +39,7 @@ class Limits(NamedTuple):
     max_gap: float  # [m]
     max_pole_radius: float  # [m]; 0: nothing is round
     longest: int  # returns of a wall that is no candidate
+    roughness_told: bool  # else the walls of the scan tell it
 
 
 class Candidates(NamedTuple):
@@ -52,9 +53,9 @@ class Candidates(NamedTuple):
 
 
 @helper
-def as_limits(limits: tuple[int, int, float, float, int]) -> Limits:
+def as_limits(limits: tuple[int, int, float, float, int, bool]) -> Limits:
     """Name what Python passes as a plain tuple: a named one takes it 60 microseconds."""
-    return Limits(limits[0], limits[1], limits[2], limits[3], limits[4])
+    return Limits(limits[0], limits[1], limits[2], limits[3], limits[4], limits[5])
 
 
 COLUMNS = len(Candidates._fields)

@@ -139,8 +139,13 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
     for k in range(count):
         place[k] = total
         total += walls[k].points
-        theta[k] = math.atan2(walls[k].s, walls[k].c)
-        d[k] = walls[k].d
+        wall = walls[k]
+        theta[k] = math.atan2(wall.s, wall.c)
+        if theta[k] >= math.pi:  # s is next to nothing: it is 0 then
+            theta[k] = 0.0
+            wall.d = -wall.d
+            wall.cov = -wall.cov
+        d[k] = wall.d
     line = np.empty(total, np.int64)
     member = np.empty(total, np.int64)
     beam = np.empty(label.size, np.int64)

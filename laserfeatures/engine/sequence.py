@@ -11,6 +11,7 @@ from laserfeatures.compiled import helper
 OPEN, RING, DOUBLED = range(3)  # a scan's beams end, go round, or go round with the first twice
 GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that is a jump
 NOISES = 5.0  # standard deviations of a step that noise may make
+FARTHEST = 1e9  # [m]; beyond, squares of squares overflow
 MISSED = 4  # beams without a return beyond which the next one jumps, too
 OFTEN = 8  # beams that show one and the same range
 STEPS = 4.0  # of the ranges' resolution by which a wall differs from a constant
@@ -65,7 +66,7 @@ def in_order(
     valid = np.empty(beams, np.int64)
     count = 0
     for i in range(beams):
-        if limits[0] <= ranges[i] < limits[1] and 0.0 < ranges[i] < math.inf:
+        if limits[0] <= ranges[i] < limits[1] and 0.0 < ranges[i] < FARTHEST:
             valid[count] = i
             count += 1
     count = without_constant(directions, ranges, valid, count)

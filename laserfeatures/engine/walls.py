@@ -1,4 +1,4 @@
-"""The walls of a scan: fitted, merged, parted at their corners, weighed (steps 5 to 7)."""
+"""The walls of a scan: fitted, merged, parted at their corners (steps 5 and 6)."""
 
 import math
 from typing import Any
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from laserfeatures.arrays import IntArray
 from laserfeatures.compiled import helper, inlined
 from laserfeatures.engine.partition import STRAY
-from laserfeatures.engine.prices import PRICE, STRAY_PRICE
-from laserfeatures.engine.sequence import INCIDENCE_FLOOR, Sequence
+from laserfeatures.engine.prices import STRAY_PRICE
+from laserfeatures.engine.sequence import Sequence
 
 WALL = np.dtype((np.record, [
     ("c", "f8"), ("s", "f8"), ("d", "f8"),  # the line x c + y s = d, s >= 0
@@ -28,9 +28,6 @@ SAME_TURN = 0.05**2  # and squared radians besides, beyond which walls are not c
 MEETING = 4  # returns between two walls that may meet
 LEAST_SINE = math.sin(math.radians(10.0))  # flatter crossings are not known well enough
 INLIER = 9.0  # chi squared of a return that may change walls
-LARGEST = 4.0  # chi squared of a wall for each degree of freedom, as far as it counts
-PRIOR = 5.0  # degrees of freedom that show no roughness
-ALIKE = 16.0  # returns of a rough wall whose errors are alike
 
 
 @inlined
@@ -127,7 +124,7 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
     one = np.arange(walls.size)
     room = np.zeros(1, WALL)
     both = room[0]
-    price = 2.0 * math.log(scale / max(label.size, 1))
+    price = 2.0 * math.log(max(scale, 1e-300) / max(label.size, 1))
     for a in range(walls.size):
         first = walls[a]
         for b in range(a + 1, walls.size):
@@ -228,77 +225,3 @@ def prune(label: IntArray, walls: Walls, min_points: int) -> int:
         if label[i] >= 0:
             label[i] = number[label[i]]
     return count
-
-
-@helper
-def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
-    """Fill in by how much the scan is more likely with each wall than without [nats].
-
-    Without it, its returns would be stray ones, or on the walls beside it.
-    """
-    n = label.size
-    after = np.empty(n, np.int64)
-    following = here = STRAY
-    for i in range(n - 1, -1, -1):
-        if label[i] >= 0 and label[i] != here:
-            following = here
-            here = label[i]
-        after[i] = following
-    for k in range(walls.size):
-        walls[k].evidence = -0.5 * PRICE
-    before = here = STRAY
-    for i in range(n):
-        k = label[i]
-        if k < 0:
-            continue
-        if k != here:
-            before = here
-            here = k
-        wall = walls[k]
-        without = STRAY_PRICE
-        for other in (before, after[i]):
-            if other >= 0 and other != k:
-                beside = walls[other]
-                chi2 = misfit(points, i, beside.c, beside.s, beside.d)
-                without = min(without, chi2)
-        chi2 = misfit(points, i, wall.c, wall.s, wall.d)
-        wall.evidence += 0.5 * (without - min(chi2, STRAY_PRICE))
-    for k in range(walls.size):
-        walls[k].evidence = max(walls[k].evidence, 0.0)
-
-
-@helper
-def excess_of(walls: Walls) -> tuple[float, float]:
-    """Return what walls show beyond the noise, in its variances, and the degrees of freedom.
-
-    What one wall can show is bounded: it may be none.
-    """
-    chi2 = freedom = 0.0
-    for k in range(walls.size):
-        free = walls[k].points - 2.0
-        chi2 += min(walls[k].chi2, LARGEST * free)
-        freedom += free
-    return chi2 / max(freedom, 1.0) - 1.0, freedom
-
-
-@helper
-def inflate_covariances(points: Sequence, walls: Walls) -> None:
-    """Inflate the covariances of lines by what does not average out along a wall.
-
-    That is its roughness: over `ALIKE` returns its errors are alike. Where no roughness is told,
-    what the walls show beyond the noise tells it, with `PRIOR` degrees of freedom that show none.
-    """
-    share = 0.0
-    for i in range(points.x.size):
-        rough = points.floor[i] - INCIDENCE_FLOOR
-        share += rough / (1.0 + rough)
-    share /= max(points.x.size, 1)
-    excess, freedom = excess_of(walls)
-    sure = max(excess - math.sqrt(2.0 / max(freedom, 1.0)), 0.0)
-    share += sure * freedom / (freedom + PRIOR)
-    for k in range(walls.size):
-        wall = walls[k]
-        ratio = 1.0 + share * min(wall.points, ALIKE)
-        wall.var_theta *= ratio
-        wall.cov *= ratio
-        wall.var_d *= ratio

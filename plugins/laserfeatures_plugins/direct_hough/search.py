@@ -48,7 +48,7 @@ def propose(
     tolerance = 0.25 * distance_step + 2.0 * math.sqrt(noise / max(n, 1))
     count = 0
     found = True
-    while found:
+    while found and count < lines.shape[1]:
         found = False
         voters = 0
         for i in range(n):
@@ -66,7 +66,7 @@ def propose(
         peak = next_peak(best, done, MIN_VOTES)
         while peak >= 0:
             seed = best[peak] & SEED
-            if not taken[seed]:
+            if not taken[seed] and count < lines.shape[1]:
                 c = cos[peak]
                 s = sin[peak]
                 d = points.x[seed] * c + points.y[seed] * s

@@ -15,7 +15,7 @@ from laserfeatures.engine.walls import WALL, Walls
 
 # What OpenCV found, (rho [pixels], theta) with the most votes first; the place [m] of its first
 # pixel; cosine and sine of its rows of theta.
-Bounds = tuple[int, int, float, float, int]  # what a wall may be, as `Limits`
+Bounds = tuple[int, int, float, float, int, bool]  # what a wall may be, as `Limits`
 Lines = tuple[NDArray[np.float32], tuple[float, float], FloatArray, FloatArray]
 
 LEAST = 4  # points of a wall

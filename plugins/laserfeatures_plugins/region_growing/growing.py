@@ -21,10 +21,10 @@ def propose(table: FloatArray, max_missed: int) -> FloatArray:
     """Return the lines grown along a scan, (COLUMNS, K)."""
     points = as_sequence(table)
     n = points.x.size
-    lines = np.empty((COLUMNS, n // SEED + 1))
+    lines = np.empty((COLUMNS, n // (SEED - 1) + 1))
     taken = np.zeros(n, np.bool_)
     count = i = 0
-    while i <= n - SEED:
+    while i <= n - SEED and count < lines.shape[1]:
         found = grow_region(points, i, max_missed)
         if found.saved > 0.0:
             add(points, taken, found, lines, count)
