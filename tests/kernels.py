@@ -213,6 +213,7 @@ def inflate_covariances(points, found):
     grown = found.copy()
     _compiled(certainty.inflate_covariances)(points, grown, False)
     ratio = grown["var_theta"] / found["var_theta"]
-    for name in ("cov", "var_d"):
-        np.testing.assert_allclose(grown[name], ratio * found[name])
+    np.testing.assert_allclose(grown["cov"], ratio * found["cov"])
+    second = certainty.SECOND * (found["d"] * grown["var_theta"]) ** 2
+    np.testing.assert_allclose(grown["var_d"], ratio * found["var_d"] + second)
     return ratio

@@ -22,15 +22,15 @@ def fit(points, members):
     return (*(solution * d), d), chi2
 
 
-def run(on, places, max_missed):
-    """Return those of successive places that are on a line, up to more misses in a row."""
-    found, missed = [], 0
+def run(on, places, beams, seed, max_missed):
+    """Return those of successive places that are on a line, up to more beams missed in a row."""
+    found, last = [], seed
     for i in places:
-        missed = 0 if on[i] else missed + 1
-        if missed > max_missed:
+        if abs(beams[i] - beams[last]) > max_missed + 1:
             break
         if on[i]:
             found.append(i)
+            last = i
     return found
 
 
@@ -39,8 +39,9 @@ def grow(points, taken, seed, line, width, max_missed):
     counts = []
     for _ in range(candidates.FITS):
         on = inliers(points, line, width) & ~taken
-        back = run(on, range(seed, -1, -1), max_missed)
-        members = np.sort([*back, *run(on, range(seed + 1, len(on)), max_missed)]).astype(int)
+        back = run(on, range(seed, -1, -1), points.beam, seed, max_missed)
+        ahead = run(on, range(seed + 1, len(on)), points.beam, seed, max_missed)
+        members = np.sort([*back, *ahead]).astype(int)
         first, last = min([seed, *members]), max([seed, *members]) + 1
         if len(members) < 3:
             return line, first, last, -PRICE

@@ -64,7 +64,9 @@ def weigh(points, sigma, relative, roughness):
     variance = sigma**2 + (relative * ranges) ** 2
     floor = sequence.INCIDENCE_FLOOR + roughness**2 / variance
     ways = directions(points)
-    jump = [steps_off(ranges, ways, variance, points.beam, (i - 1, i)) for i in range(1, len(ranges))]
+    jump = [
+        steps_off(ranges, ways, variance, points.beam, (i - 1, i)) for i in range(1, len(ranges))
+    ]
     return variance, ranges**2 / variance, floor, np.array([True, *jump][: len(ranges)])
 
 
@@ -89,7 +91,9 @@ def without_lone(points):
             )
             if min(before, after) > sequence.LONE * over:
                 pair = (i - 1, i + 1)
-                jump[i + 1] = steps_off(ranges, directions(points), points.variance, points.beam, pair)
+                jump[i + 1] = steps_off(
+                    ranges, directions(points), points.variance, points.beam, pair
+                )
                 continue
         stay.append(i)
     return stay, jump[stay]

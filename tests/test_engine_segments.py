@@ -59,8 +59,8 @@ def test_a_gap_is_wide_and_misses_beams_or_jumps(apart, metres, spacing, gap):
 
 def test_no_points_have_no_segments():
     found = kernels.cut_segments(
-        np.empty((0, 2)), np.empty(0, np.int64), np.empty(0, np.int64), 5, np.empty((0, 2)), np.empty((0, 0), bool),
-        3, 0.25, 4.0,
+        np.empty((0, 2)), np.empty(0, np.int64), np.empty(0, np.int64), 5, np.empty((0, 2)),
+        np.empty((0, 0), bool), 3, 0.25, 4.0,
     )  # fmt: skip
     assert [len(each) for each in found] == [0] * 5
 

@@ -255,7 +255,7 @@ def test_covariances_stay_where_the_noise_explains_the_walls():
     ratios = np.array([growth(CORNER, SIGMA, seed=seed) for seed in range(20)])
     assert (ratios >= 1).all()
     assert np.mean(ratios) < 1.5
-    assert growth(CORNER, 2 * SIGMA).tolist() == [1, 1]
+    np.testing.assert_allclose(growth(CORNER, 2 * SIGMA), 1.0, rtol=1e-4)
 
 
 def test_covariances_grow_with_what_the_noise_does_not_explain():

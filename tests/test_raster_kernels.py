@@ -76,7 +76,7 @@ def test_a_line_in_pixels_is_the_same_line_in_metres(rng, rows, resolution):
 
 def bounds(max_missed, max_gap):
     """Return what a wall may be, as the kernels take it."""
-    return 4, max_missed, max_gap, 0.4, 48
+    return 4, max_missed, max_gap, 0.4, 48, False
 
 
 @given(seeds, st.integers(0, 3), st.floats(0.02, 0.6))

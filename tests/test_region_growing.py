@@ -85,12 +85,7 @@ def test_more_missed_beams_than_allowed_end_a_segment_but_not_its_line():
     "parameters",
     [
         {"range_sigma": 0.005},
-        pytest.param(
-            {},
-            marks=pytest.mark.xfail(
-                reason="false beams make the noise look larger than it is: 45 % are found"
-            ),
-        ),
+        {},
     ],
     ids=["noise known", "default"],
 )
@@ -151,7 +146,7 @@ def test_a_wall_of_fewer_than_min_points_is_not_found():
 def test_noise_that_is_given_scales_the_covariances():
     scan = scan_of(wall(0.3, 2.0, -1, 1), sigma=0.005)
     one, two = (RegionGrowing(range_sigma=s)(scan).lines.covariance for s in (0.006, 0.012))
-    np.testing.assert_allclose(two, 4 * one, rtol=1e-9)
+    np.testing.assert_allclose(two, 4 * one, rtol=1e-3)  # d errs to second order, too
 
 
 def test_a_beam_that_one_outlier_parts_from_the_next_is_a_seed_too():

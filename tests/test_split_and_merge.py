@@ -147,4 +147,4 @@ def test_a_wall_of_fewer_than_min_points_is_not_found():
 def test_noise_that_is_given_scales_the_covariances():
     scan = scan_of(wall(0.3, 2.0, -1, 1), sigma=SIGMA)
     one, two = (SplitAndMerge(range_sigma=s)(scan).lines.covariance for s in (0.006, 0.012))
-    np.testing.assert_allclose(two, 4 * one, rtol=1e-9)
+    np.testing.assert_allclose(two, 4 * one, rtol=1e-3)  # d errs to second order, too

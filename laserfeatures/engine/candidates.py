@@ -46,7 +46,7 @@ def grow(
     """Grow a line both ways from return `seed`, refit it, and again.
 
     At first returns within `width` [m] and their noise belong to it, then those within the noise.
-    It ends where more than `max_missed` returns in a row are off it or `taken`.
+    It ends where more than `max_missed` beams in a row are off it, `taken` or without a return.
     """
     found = Candidate(c, s, d, seed, seed + 1, -PRICE)
     before = -1
@@ -82,8 +82,9 @@ def fit_around(
     for way in (-1, 1):
         i = seed if way < 0 else seed + 1
         end = seed
-        missed = 0
-        while 0 <= i < points.x.size and missed <= max_missed:
+        while 0 <= i < points.x.size:
+            if abs(points.beam[i] - points.beam[end]) > max_missed + 1:
+                break
             x = points.x[i]
             y = points.y[i]
             if not taken[i] and is_inlier(points, i, c, s, d, width):
@@ -95,10 +96,7 @@ def fit_around(
                 sxy += weight * x * y
                 syy += weight * y * y
                 count += 1
-                missed = 0
                 end = i
-            else:
-                missed += 1
             i += way
         ends = (end, ends[1]) if way < 0 else (ends[0], end)
     if count < 3:

@@ -52,6 +52,7 @@ def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
         wall.evidence += 0.5 * (without - min(chi2, STRAY_PRICE))
     for k in range(walls.size):
         if walls[k].evidence <= 0.0:
+            walls[k].evidence = 0.0
             walls[k].points = 0  # as likely without: it is none
 
 
