@@ -77,16 +77,17 @@ def without_strays(points: Sequence) -> IntArray:
 
     So far that it is no noise, whatever the noise is. Two rounds: strays may be neighbours.
     """
-    kept = np.arange(points.x.size)
+    x, y = points.x, points.y  # taken out of their tuple once: see `partition`
+    kept = np.arange(x.size)
     count = kept.size
     for _ in range(2):
         left = min(count, 1)
         for m in range(1, count):
             if m < count - 1:
                 h, i, j = kept[left - 1], kept[m], kept[m + 1]
-                before = (points.x[i] - points.x[h]) ** 2 + (points.y[i] - points.y[h]) ** 2
-                after = (points.x[i] - points.x[j]) ** 2 + (points.y[i] - points.y[j]) ** 2
-                over = (points.x[j] - points.x[h]) ** 2 + (points.y[j] - points.y[h]) ** 2
+                before = (x[i] - x[h]) ** 2 + (y[i] - y[h]) ** 2
+                after = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2
+                over = (x[j] - x[h]) ** 2 + (y[j] - y[h]) ** 2
                 if min(before, after) > FAR * FAR * over:
                     continue
             kept[left] = kept[m]
