@@ -162,8 +162,11 @@ def _cross(
             pairs[count, 0] = a
             pairs[count, 1] = b
             angles[count] = math.asin(min(abs(det), 1.0))
-            weaker = min(evidence[a], evidence[b])
-            numbers[7 * most + count] = _evidence(extent, xx * yy - xy * xy, weaker)
+            square = 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))
+            gap = _gap(x, y, a, b, line, endpoints)
+            numbers[7 * most + count] = _evidence(
+                extent, math.sqrt(max(square, 0.0)), gap, evidence[a], evidence[b]
+            )
             turned = (cos[a] * cos[b] + sin[a] * sin[b]) ** 2
             along_a = math.sqrt(va * turned + vb)
             along_b = math.sqrt(vb * turned + va)
@@ -187,19 +190,38 @@ def _extent(endpoints: FloatArray, max_distance: float) -> float:
 
 
 @helper
-def _evidence(extent: float, det: float, weaker: float) -> float:
-    """Return the evidence of a corner [nats] by the determinant of its covariance.
+def _gap(x: float, y: float, a: int, b: int, line: IntArray, endpoints: FloatArray) -> float:
+    """Return how far a corner of lines a and b is from the nearer of their segments."""
+    least = math.inf
+    for j in range(line.size):
+        if line[j] != a and line[j] != b:
+            continue
+        ax = x - endpoints[j, 0, 0]
+        ay = y - endpoints[j, 0, 1]
+        bx = x - endpoints[j, 1, 0]
+        by = y - endpoints[j, 1, 1]
+        if ax * bx + ay * by <= 0.0:
+            return 0.0
+        least = min(least, ax * ax + ay * ay, bx * bx + by * by)
+    return math.sqrt(least)
 
-    How much more likely it is at its place than anywhere within `extent`, and half the logarithm of
-    the weaker line's evidence: of what was tried this tells best, on real logs, which corners the
-    next scan shows again (`benchmarks/repeatability.py --curves`).
+
+@helper
+def _evidence(extent: float, sigma: float, gap: float, one: float, other: float) -> float:
+    """Return the evidence of a corner [nats].
+
+    How much more likely it is at its place than anywhere within `extent`, where one that no wall
+    reaches counts as uncertain as its `gap`; and the logarithms of its lines' evidence, half that
+    of the stronger. Of what was tried this tells best, on real logs, which corners the next scan
+    shows again (`benchmarks/repeatability.py --curves`).
     """
+    weaker = min(one, other)
     if weaker == 0.0 or extent == 0.0:
         return 0.0
-    if not det > 0.0:
+    if not sigma > 0.0:
         return weaker
-    place = math.log(0.5 * extent * extent) - 0.5 * math.log(det)
-    return max(place + 0.5 * math.log(weaker), 0.0)
+    place = math.log(0.5 * extent * extent / (sigma * (gap + sigma)))
+    return max(place + math.log(weaker) + 0.5 * math.log(max(one, other)), 0.0)
 
 
 @helper
