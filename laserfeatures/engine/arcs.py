@@ -8,16 +8,20 @@ from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
 
 SHORTEST_ARC = 4  # returns
-CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
+CONVEX = 0.7  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
+HOPELESS = 36.0  # chi squared of a return on the first fit: no better one makes it an arc
+CIRCLE_FITS = 8
+SETTLED = 1e-3  # of the radius: a step that changes no decision
 
 
 @helper
-def arc_misfit(points: Sequence, i: int, j: int, max_radius: float) -> float:
+def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float = CONVEX) -> float:
     """Return chi squared of the circle through returns i..j-1, inf where that is no round object.
 
-    The circle is the algebraic least-squares fit (Kasa 1976). Objects that bulge towards the sensor
-    are round up to `max_radius` [m]; rooms may be round at any.
+    The circle is the nearest one, begun at the algebraic fit of Kasa (1976), which is too small
+    where little is seen of it. Objects that bulge towards the sensor are round up to `max_radius`
+    [m], where `least` [rad] are seen of them; rooms may be round at any.
     """
     w = mx = my = 0.0
     for m in range(i, j):
@@ -47,13 +51,34 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float) -> float:
     cu = (p * vv - q * uv) / det
     cv = (q * uu - p * uv) / det
     radius = math.sqrt(cu * cu + cv * cv + (uu + vv) / w)
-    if not bends(points, i, j, cu + mx, cv + my, radius, max_radius):
+    cx = cu + mx
+    cy = cv + my
+    misfit = circle_misfit(points, i, j, cx, cy, radius, max_radius, least)
+    if misfit > HOPELESS * (j - i):
+        return misfit
+    cx, cy, radius = nearest_circle(points, i, j, cx, cy, radius)
+    return circle_misfit(points, i, j, cx, cy, radius, max_radius, least)
+
+
+@helper
+def circle_misfit(
+    points: Sequence,
+    i: int,
+    j: int,
+    cx: float,
+    cy: float,
+    radius: float,
+    max_radius: float,
+    least: float,
+) -> float:
+    """Return chi squared of a circle through returns i..j-1, inf where they are no arc of it."""
+    if not bends(points, i, j, cx, cy, radius, max_radius, least):
         return math.inf
     # Beside the edges noise moves returns along the arc: the incidence taken is that of all.
     chi2 = incidence = 0.0
     for m in range(i, j):
-        dx = points.x[m] - mx - cu
-        dy = points.y[m] - my - cv
+        dx = points.x[m] - cx
+        dy = points.y[m] - cy
         cosine = (points.ux[m] * dx + points.uy[m] * dy) / radius
         incidence += cosine * cosine + points.floor[m]
         chi2 += (math.sqrt(dx * dx + dy * dy) - radius) ** 2 / points.variance[m]
@@ -61,14 +86,67 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float) -> float:
 
 
 @helper
+def nearest_circle(
+    points: Sequence, i: int, j: int, cx: float, cy: float, radius: float
+) -> tuple[float, float, float]:
+    """Return the centre and radius of the circle nearest to returns i..j-1, begun at another.
+
+    Gauss-Newton on the distances; the radius that belongs to a centre is their mean.
+    """
+    for _ in range(CIRCLE_FITS):
+        w = mx = my = 0.0
+        xx = xy = yy = ex = ey = mean = 0.0
+        for m in range(i, j):
+            dx = cx - points.x[m]
+            dy = cy - points.y[m]
+            distance = max(math.sqrt(dx * dx + dy * dy), 1e-9 * radius)
+            dx /= distance
+            dy /= distance
+            weight = 1.0 / points.variance[m]
+            w += weight
+            mx += weight * dx
+            my += weight * dy
+            mean += weight * distance
+            xx += weight * dx * dx
+            xy += weight * dx * dy
+            yy += weight * dy * dy
+            ex += weight * distance * dx
+            ey += weight * distance * dy
+        xx -= mx * mx / w
+        xy -= mx * my / w
+        yy -= my * my / w
+        ex -= mean * mx / w
+        ey -= mean * my / w
+        det = xx * yy - xy * xy
+        radius = mean / w
+        if det <= 1e-12 * xx * yy:
+            break
+        step_x = (ex * yy - ey * xy) / det
+        step_y = (ey * xx - ex * xy) / det
+        cx -= step_x
+        cy -= step_y
+        radius -= (mx * step_x + my * step_y) / w
+        if step_x * step_x + step_y * step_y < (SETTLED * radius) ** 2:
+            break
+    return cx, cy, radius
+
+
+@helper
 def bends(
-    points: Sequence, i: int, j: int, cx: float, cy: float, radius: float, max_radius: float
+    points: Sequence,
+    i: int,
+    j: int,
+    cx: float,
+    cy: float,
+    radius: float,
+    max_radius: float,
+    least: float,
 ) -> bool:
     """Tell whether returns i..j-1 go round enough of a circle to be an arc of it."""
     m = (i + j - 1) // 2
     turn = angle(points, i, m, cx, cy) + angle(points, m, j - 1, cx, cy)
     if cx * cx + cy * cy > points.x[m] ** 2 + points.y[m] ** 2:
-        return bool(turn > CONVEX and radius <= max_radius)
+        return bool(turn > least and radius <= max_radius)
     return bool(turn > CONCAVE)
 
 

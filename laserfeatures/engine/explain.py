@@ -19,6 +19,7 @@ import numpy as np
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.compiled import helper, kernel
 from laserfeatures.engine.certainty import inflate_covariances, weigh_evidence
+from laserfeatures.engine.columns import find_columns
 from laserfeatures.engine.noise import estimate_noise
 from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, as_limits, partition
 from laserfeatures.engine.prices import PRICE, RETURN_PRICE
@@ -34,6 +35,7 @@ from laserfeatures.engine.sequence import (
     weigh,
     without_lone,
 )
+from laserfeatures.engine.steps import part_at_steps
 from laserfeatures.engine.sums import running_sums
 from laserfeatures.engine.walls import (
     WALL,
@@ -103,16 +105,20 @@ def explain(
     limits = as_limits(bounds)
     points = as_sequence(table)
     sums = running_sums(points)
-    label, walls = settle(points, sums, proposed, PRICE, limits)
+    nothing = np.empty((2, 0), np.int64)
+    label, walls = settle(points, sums, proposed, nothing, PRICE, limits)
+    columns = find_columns(points, label, walls, limits.max_pole_radius)
+    walls = part_at_steps(points, label, walls, limits.min_points)
     start = better_seam(points, label) if ring != OPEN else 0
     if start > 0:
         points = as_sequence(turned(table, start, beams - (ring == DOUBLED)))
+        columns = turned_columns(columns, start, label.size)
         sums = running_sums(points)
         rounds = max(rounds, 1)
     for round_ in range(rounds):
         everywhere = label.size if round_ == 0 and start > 0 else 0
         lines = as_proposed(walls, limits.min_points, everywhere)
-        label, walls = settle(points, sums, lines, RETURN_PRICE, limits)
+        label, walls = settle(points, sums, lines, columns, RETURN_PRICE, limits)
     # 6. Part walls at their corners.
     for _ in range(PARTINGS):
         part_at_corners(points, label, walls)
@@ -128,13 +134,18 @@ def explain(
 
 @helper
 def settle(
-    points: Sequence, sums: FloatArray, lines: FloatArray, price: float, limits: Limits
+    points: Sequence,
+    sums: FloatArray,
+    lines: FloatArray,
+    columns: IntArray,
+    price: float,
+    limits: Limits,
 ) -> tuple[IntArray, Walls]:
     """Explain the returns by some lines and others, fit the walls and merge those on one line."""
     label = np.empty(points.x.size, np.int64)
     known = as_candidates(lines)
     # 4. Explain all returns at the least cost.
-    walls = np.zeros(partition(points, sums, known, price, limits, label), WALL)
+    walls = np.zeros(partition(points, sums, known, columns, price, limits, label), WALL)
     for k in range(known.c.size):
         walls[k].c = known.c[k]
         walls[k].s = known.s[k]
@@ -163,6 +174,18 @@ def as_proposed(walls: Walls, min_points: int, everywhere: int) -> FloatArray:
             lines[4, count] = everywhere if everywhere > 0 else wall.last
             count += 1
     return lines[:, :count].copy()
+
+
+@helper
+def turned_columns(columns: IntArray, start: int, n: int) -> IntArray:
+    """Return where columns begin and end when a ring begins at another return."""
+    out = np.empty_like(columns)
+    count = 0
+    for k in range(columns.shape[1]):
+        out[0, count] = (columns[0, k] - start) % n
+        out[1, count] = (columns[1, k] - 1 - start) % n + 1
+        count += out[0, count] < out[1, count]
+    return out[:, :count]
 
 
 @helper

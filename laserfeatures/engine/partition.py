@@ -72,6 +72,7 @@ def partition(
     points: Sequence,
     sums: FloatArray,
     lines: Candidates,
+    columns: IntArray,
     price: float,
     limits: Limits,
     label: IntArray,
@@ -98,6 +99,9 @@ def partition(
     entered = np.empty(known, np.int64)
     doubt = np.zeros(n + 1)
     starts = np.empty(n + 1, np.int64)
+    column = np.full(n + 1, -1)  # where that begins which ends there
+    for k in range(columns.shape[1]):
+        column[columns[1, k]] = columns[0, k]
     needed = DOUBT if known > 0 else -1.0
     near = coming = alive = edge = 0
     for j in range(1, n + 1):
@@ -119,8 +123,13 @@ def partition(
         alive += 1
         if j - starts[0] >= limits.min_points and doubt[j] - doubt[starts[0]] >= needed:
             alive = end_wall(sums, jump, limits, starts, alive, doubt, needed, j, cost, start, kind)
-        if j == n or jump[j] > 0.0:
-            end_arc(points, limits.max_pole_radius, edge, j, cost, start, kind)
+        jumps = j == n or jump[j] > 0.0
+        since = column[j]
+        if since < 0 and jumps:
+            since = edge
+        if since >= 0:
+            end_arc(points, limits.max_pole_radius, since, j, cost, start, kind)
+        if jumps:
             edge = j
     return trace(start, kind, line, known, label)
 
@@ -184,7 +193,7 @@ def end_arc(
     start: IntArray,
     kind: IntArray,
 ) -> None:
-    """Try a round object of the returns i..j-1, between two jumps."""
+    """Try a round object of the returns i..j-1."""
     if max_radius == 0.0 or j - i < SHORTEST_ARC or cost[i] + ARC_PRICE >= cost[j]:
         return
     whole = cost[i] + ARC_PRICE + arc_misfit(points, i, j, max_radius)

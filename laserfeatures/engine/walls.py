@@ -72,42 +72,57 @@ def solve(wall: Wall) -> None:
     wall.d = d
 
 
+@inlined
+def add_return(points: Sequence, i: int, line: Wall, wall: Wall, weighted: bool) -> None:
+    """Add a return to the sums of a wall.
+
+    `weighted`: what does not vanish at grazing incidence counts, at the incidence on a line.
+    """
+    w = points.weight[i]
+    if weighted:
+        cosine = points.ux[i] * line.c + points.uy[i] * line.s
+        cosine *= cosine
+        w *= cosine / (cosine + points.floor[i])
+    x = points.x[i]
+    y = points.y[i]
+    wall.w += w
+    wall.x += w * x
+    wall.y += w * y
+    wall.xx += w * x * x
+    wall.xy += w * x * y
+    wall.yy += w * y * y
+    if wall.points == 0:
+        wall.first = i
+    wall.points += 1
+    wall.last = i + 1
+
+
 @helper
 def fit_walls(points: Sequence, label: IntArray, walls: Walls, weighted: bool) -> None:
-    """Fit every wall to the returns that bear its number.
-
-    `weighted`: what does not vanish at grazing incidence counts, at the incidence on the line so
-    far.
-    """
+    """Fit every wall to the returns that bear its number, `weighted` at its line so far."""
     for k in range(walls.size):
         wall = walls[k]
         wall.w = wall.x = wall.y = wall.xx = wall.xy = wall.yy = 0.0
-        wall.points = wall.last = 0
-        wall.first = points.x.size
+        wall.points = wall.last = wall.first = 0
     for i in range(points.x.size):
         k = label[i]
-        if k < 0:
-            continue
-        wall = walls[k]
-        w = points.weight[i]
-        if weighted:
-            cosine = points.ux[i] * wall.c + points.uy[i] * wall.s
-            cosine *= cosine
-            w *= cosine / (cosine + points.floor[i])
-        x = points.x[i]
-        y = points.y[i]
-        wall.w += w
-        wall.x += w * x
-        wall.y += w * y
-        wall.xx += w * x * x
-        wall.xy += w * x * y
-        wall.yy += w * y * y
-        wall.points += 1
-        wall.first = min(wall.first, i)
-        wall.last = i + 1
+        if k >= 0:
+            add_return(points, i, walls[k], walls[k], weighted)
     for k in range(walls.size):
         if walls[k].points > 1:
             solve(walls[k])
+
+
+@helper
+def combine(into: Wall, one: Wall, other: Wall, sign: int) -> None:
+    """Write the sums of one wall and another, or less it, into a third."""
+    into.w = one.w + sign * other.w
+    into.x = one.x + sign * other.x
+    into.y = one.y + sign * other.y
+    into.xx = one.xx + sign * other.xx
+    into.xy = one.xy + sign * other.xy
+    into.yy = one.yy + sign * other.yy
+    into.points = one.points + sign * other.points
 
 
 @helper
@@ -123,7 +138,6 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
         scale += points.x[i] * points.ux[i] + points.y[i] * points.uy[i]
     one = np.arange(walls.size)
     room = np.zeros(1, WALL)
-    both = room[0]
     price = 2.0 * math.log(max(scale, 1e-300) / max(label.size, 1))
     for a in range(walls.size):
         first = walls[a]
@@ -134,16 +148,11 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
             turn = first.c * other.s - first.s * other.c
             if turn * turn > SURELY_APART * (first.var_theta + other.var_theta) + SAME_TURN:
                 continue
-            both.w = first.w + other.w
-            both.x = first.x + other.x
-            both.y = first.y + other.y
-            both.xx = first.xx + other.xx
-            both.xy = first.xy + other.xy
-            both.yy = first.yy + other.yy
+            both = room[0]  # taken anew: a record does not keep its array alive
+            combine(both, first, other, 1)
             solve(both)
             worse = both.chi2 - first.chi2 - other.chi2
             if worse < first.log_det + other.log_det - both.log_det + price:
-                both.points = first.points + other.points
                 both.first = min(first.first, other.first)
                 both.last = max(first.last, other.last)
                 walls[a] = both
