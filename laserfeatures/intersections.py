@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import LineSegments, PointFeatures
 
 SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
@@ -174,7 +174,7 @@ def _cross(
     return numbers, pairs[:count], real[:count]
 
 
-@helper
+@leaf
 def _extent(endpoints: FloatArray, max_distance: float) -> float:
     """Return how far from the sensor a corner may be: if at all, as far as anything is seen."""
     if max_distance < math.inf:
@@ -186,7 +186,7 @@ def _extent(endpoints: FloatArray, max_distance: float) -> float:
     return math.sqrt(square)
 
 
-@helper
+@leaf
 def _evidence(extent: float, det: float, weaker: float) -> float:
     """Return the evidence of a corner [nats] by the determinant of its covariance.
 
@@ -202,14 +202,14 @@ def _evidence(extent: float, det: float, weaker: float) -> float:
     return max(place + 0.5 * math.log(weaker), 0.0)
 
 
-@helper
+@leaf
 def _variance_at(along: float, covariance: FloatArray) -> float:
     """Return the variance of a line's offset at the coordinate `along` it."""
     cross = covariance[0, 1]
     return float(along * along * covariance[0, 0] - 2.0 * along * cross + covariance[1, 1])
 
 
-@helper
+@leaf
 def _reaches(
     x: float,
     y: float,
@@ -251,7 +251,7 @@ def _reaches(
     return False
 
 
-@helper
+@leaf
 def _beyond(along: float, d: float, turn: float) -> float:
     """Return how far beyond a point on a wall a beam meets it that is turned by `turn`.
 

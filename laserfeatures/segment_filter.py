@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import Lines, LineSegments
 
 
@@ -155,7 +155,7 @@ def _reliable(
     return count - kept + lines - used, kept, chosen[: lines + kept + used]
 
 
-@helper
+@leaf
 def _is_copy(
     endpoints: FloatArray,
     support: FloatArray,

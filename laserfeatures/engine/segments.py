@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import helper, kernel, leaf
 from laserfeatures.data import Lines, LineSegments
 from laserfeatures.engine.partition import Limits
 from laserfeatures.engine.sequence import Sequence
@@ -150,6 +150,25 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
     member = np.empty(total, np.int64)
     beam = np.empty(label.size, np.int64)
     source = np.empty(label.size, np.int64)
+    by_wall(points, label, place, line, member, beam, source)
+    segments = cut_segments(
+        points.x, points.y, beam, source, beams, theta, d, line, member, limits.max_missed,
+        limits.max_gap, MAX_GROWTH,
+    )  # fmt: skip
+    return pack(theta, walls, segments)
+
+
+@leaf
+def by_wall(
+    points: Sequence,
+    label: IntArray,
+    place: IntArray,
+    line: IntArray,
+    member: IntArray,
+    beam: IntArray,
+    source: IntArray,
+) -> None:
+    """Sort the returns by walls, in beam order: each has a `place` for its first."""
     for i in range(label.size):
         beam[i] = int(points.beam[i])
         source[i] = int(points.source[i])
@@ -158,11 +177,6 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
             line[place[k]] = k
             member[place[k]] = i
             place[k] += 1
-    segments = cut_segments(
-        points.x, points.y, beam, source, beams, theta, d, line, member, limits.max_missed,
-        limits.max_gap, MAX_GROWTH,
-    )  # fmt: skip
-    return pack(theta, walls, segments)
 
 
 @helper

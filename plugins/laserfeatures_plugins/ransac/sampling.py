@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.engine import helper, kernel
+from laserfeatures.engine import kernel, leaf
 from laserfeatures.engine.candidates import add, grow
 from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.sequence import as_sequence
@@ -64,7 +64,7 @@ def propose(table: FloatArray, sampling: Sampling, max_missed: int) -> FloatArra
     return lines[:, :count].copy()
 
 
-@helper
+@leaf
 def best_line(
     x: FloatArray,
     y: FloatArray,
@@ -109,7 +109,7 @@ def best_line(
     return seed, best, inliers, random
 
 
-@helper
+@leaf
 def partner(beam: IntArray, pool: IntArray, first: int, window: int, random: int) -> int:
     """Return another place in the pool: within `window` beams of `first`, or anywhere if it is 0.
 
@@ -132,7 +132,7 @@ def partner(beam: IntArray, pool: IntArray, first: int, window: int, random: int
     return second + (second >= first)
 
 
-@helper
+@leaf
 def line_through(x: FloatArray, y: FloatArray, i: int, j: int) -> Line:
     """Return cosine and sine of theta, and d, of the line through two points."""
     dx = x[j] - x[i]
@@ -145,7 +145,7 @@ def line_through(x: FloatArray, y: FloatArray, i: int, j: int) -> Line:
     return c, s, x[i] * c + y[i] * s
 
 
-@helper
+@leaf
 def score(
     x: FloatArray, y: FloatArray, pool: IntArray, line: Line, gate: float, worth: float
 ) -> tuple[float, int, int]:
