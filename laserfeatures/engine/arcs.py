@@ -2,7 +2,7 @@
 
 import math
 
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import leaf
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
@@ -12,7 +12,7 @@ CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
 
 
-@helper
+@leaf
 def arc_misfit(points: Sequence, i: int, j: int, max_radius: float) -> float:
     """Return chi squared of the circle through returns i..j-1, inf where that is no round object.
 
@@ -60,7 +60,7 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float) -> float:
     return chi2 * (j - i) / incidence
 
 
-@helper
+@leaf
 def bends(
     points: Sequence, i: int, j: int, cx: float, cy: float, radius: float, max_radius: float
 ) -> bool:
@@ -72,7 +72,7 @@ def bends(
     return bool(turn > CONCAVE)
 
 
-@helper
+@leaf
 def angle(points: Sequence, i: int, j: int, cx: float, cy: float) -> float:
     """Return the angle between two returns as a centre sees them."""
     ax = points.x[i] - cx
@@ -82,7 +82,7 @@ def angle(points: Sequence, i: int, j: int, cx: float, cy: float) -> float:
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
 
 
-@helper
+@leaf
 def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
     """Tell whether the object of returns i..j-1 is rather round than one wall, or two that meet."""
     if j - i < SHORTEST_ARC:
@@ -103,7 +103,7 @@ def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
     return bool(arc_misfit(points, i, j, max_radius) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE))
 
 
-@helper
+@leaf
 def flat_misfit(points: Sequence, i: int, j: int) -> float:
     """Return chi squared of the best line through returns i..j-1; 0 for less than three."""
     if j - i < 3:

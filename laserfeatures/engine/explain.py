@@ -17,7 +17,7 @@ What follows is the pipeline's: 9 filter the segments, 10 cross the lines.
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import helper, kernel, leaf
 from laserfeatures.engine.certainty import inflate_covariances, weigh_evidence
 from laserfeatures.engine.noise import estimate_noise
 from laserfeatures.engine.partition import COLUMNS, Limits, as_candidates, as_limits, partition
@@ -57,7 +57,7 @@ def prepare(
     sigma: float,
     relative: float,
     roughness: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, tuple[float, float, float]]:
     """Return the table of a scan's returns, and its noise (sigma, relative, roughness).
 
     A negative `sigma` stands for unknown: it is estimated.
@@ -71,7 +71,7 @@ def prepare(
         seen = estimate_noise(points)
         noise = Noise(seen.sigma, seen.relative, roughness)
     weigh(points, noise)
-    return without_lone(table), np.array([noise.sigma, noise.relative, noise.roughness])
+    return without_lone(table), (noise.sigma, noise.relative, noise.roughness)
 
 
 @kernel
@@ -165,7 +165,7 @@ def as_proposed(walls: Walls, min_points: int, everywhere: int) -> FloatArray:
     return lines[:, :count].copy()
 
 
-@helper
+@leaf
 def better_seam(points: Sequence, label: IntArray) -> int:
     """Return where to cut a ring so that no wall is cut: 0 where it is right already.
 
