@@ -77,53 +77,40 @@ class Intersections:
         """
         if not limit > 0:
             raise ValueError(f"limit must be > 0 m, got {limit!r}")
-        lines = segments.lines
         numbers, pairs, real = _cross(
-            lines.theta,
-            lines.d,
-            lines.covariance,
-            lines.evidence,
+            segments.pack(),
             segments.line,
-            segments.endpoints,
-            segments.support,
             float(PROLONGED * limit if self.max_distance is None else self.max_distance),
             max(math.sin(self.min_angle), 1e-9),
             float(self.max_sigma),  # an int would be compiled for anew
             float(self.reach),
         )
         lock(numbers, pairs, real)
-        count = real.size
-        most = numbers.size // 8
-        return PointFeatures.trusted(
-            positions=numbers[: 2 * count].reshape(count, 2),
-            covariance=numbers[2 * most : 2 * most + 4 * count].reshape(count, 2, 2),
-            lines=pairs,
-            angles=numbers[6 * most : 6 * most + count],
-            real=real,
-            evidence=numbers[7 * most : 7 * most + count],
-        )
+        return PointFeatures.packed(numbers, lines=pairs, real=real)
 
 
 @kernel
 def _cross(
-    theta: FloatArray,
-    d: FloatArray,
-    covariance: FloatArray,
-    evidence: FloatArray,
+    packed: FloatArray,
     line: IntArray,
-    endpoints: FloatArray,
-    support: FloatArray,
     max_distance: float,
     sin_min: float,
     max_sigma: float,
     reach: float,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Return the corners' numbers, pairs of lines, and reality.
+    """Return the corners' numbers, pairs of lines, and reality; `packed` is what `pack` returns.
 
     The numbers are positions, covariances, angles and evidence in one array, with room for a corner
     of each pair of lines: to hand an array to Python takes longer than to view a part of it there.
     """
-    lines = theta.size
+    count = line.size
+    lines = (packed.size - 6 * count) // 8
+    theta = packed[:lines]
+    d = packed[lines : 2 * lines]
+    evidence = packed[3 * lines : 4 * lines]
+    covariance = packed[4 * lines : 8 * lines].reshape(lines, 2, 2)
+    support = packed[8 * lines : 8 * lines + count]
+    endpoints = packed[8 * lines + 2 * count :].reshape(count, 2, 2)
     most = lines * (lines - 1) // 2
     numbers = np.empty(8 * most)
     spread = numbers[2 * most :]

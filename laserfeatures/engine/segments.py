@@ -6,7 +6,7 @@ import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.compiled import helper, kernel, leaf
-from laserfeatures.data import Lines, LineSegments
+from laserfeatures.data import LineSegments
 from laserfeatures.engine.partition import Limits
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.walls import Walls
@@ -181,7 +181,7 @@ def by_wall(
 
 @helper
 def pack(theta: FloatArray, walls: Walls, segments: Segments) -> Found:
-    """Put the numbers of lines and segments into one array, one field after another."""
+    """Put the numbers of lines and segments into one array, as `LineSegments.pack` does."""
     line, endpoints, support, rms, beams = segments
     lines = walls.size
     count = line.size
@@ -212,20 +212,4 @@ def line_segments(found: Found) -> LineSegments:
     """Return what a kernel found as `LineSegments`."""
     numbers, line, beams = found
     lock(numbers, line, beams)
-    count = line.size
-    lines = (numbers.size - 6 * count) // 8
-    rest = numbers[8 * lines :]
-    return LineSegments.trusted(
-        lines=Lines.trusted(
-            theta=numbers[:lines],
-            d=numbers[lines : 2 * lines],
-            support=numbers[2 * lines : 3 * lines],
-            evidence=numbers[3 * lines : 4 * lines],
-            covariance=numbers[4 * lines : 8 * lines].reshape(lines, 2, 2),
-        ),
-        line=line,
-        endpoints=rest[2 * count :].reshape(count, 2, 2),
-        support=rest[:count],
-        rms=rest[count : 2 * count],
-        points=beams,
-    )
+    return LineSegments.packed(numbers, line=line, points=beams)
