@@ -26,8 +26,9 @@ def read_only(
     if array.flags.writeable:
         array = array.copy()
         array.flags.writeable = False
-    if array.ndim != len(shape) or any(
-        n is not None and n != m for n, m in zip(shape, array.shape, strict=True)
+    if array.shape != shape and (
+        array.ndim != len(shape)
+        or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=True))
     ):
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
@@ -50,11 +51,38 @@ class Record:
         record.__dict__.update(fields)
         return record
 
+    @classmethod
+    def packed(cls, numbers: FloatArray, **fields: object) -> Self:
+        """Make a trusted record of some fields, and of others in one locked array of numbers.
+
+        They are taken out when one of them is first looked at: to take all out of each scan's
+        records takes as long as to find corners, and who wants corners needs no lines.
+        """
+        return cls.trusted(numbers=numbers, **fields)
+
+    def __getattr__(self, name: str) -> Any:
+        """Take the fields out of the array of numbers, where there is one."""
+        if "numbers" in self.__dict__ and name in self.__dataclass_fields__:
+            self._unpack(self.__dict__["numbers"])
+            return self.__dict__[name]
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def _unpack(self, numbers: FloatArray) -> None:
+        """Set the fields that `numbers` holds."""
+        raise NotImplementedError
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled or copied: the fields, not the array that they are parts of."""
+        state = dict(self.__dict__)
+        if state.pop("numbers", None) is not None:
+            state.update({name: getattr(self, name) for name in self.__dataclass_fields__})
+        return state
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take what was pickled or copied; its arrays come back writable, and are locked again."""
         lock(*(value for value in state.values() if isinstance(value, np.ndarray)))
         self.__dict__.update(state)
 
-    def _set(self, **arrays: NDArray[Any]) -> None:
+    def _set(self, **fields: object) -> None:
         """Put the checked arrays in place of what was passed (a frozen dataclass bars setattr)."""
-        self.__dict__.update(arrays)
+        self.__dict__.update(fields)

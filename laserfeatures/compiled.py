@@ -36,6 +36,11 @@ def kernel(function: _F) -> "Dispatcher[_F]":
 helper = njit(  # type: ignore[call-overload] # options that the stubs of numba leave out
     error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
+# A helper that makes no array counts no references to those it is given: taking them out of their
+# named tuple would count each time, which takes longer than most of what is done with them.
+leaf = njit(  # type: ignore[call-overload] # as above
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False
+)
 # A helper's code is optimised again in each that calls it, through all levels. What only strings
 # helpers together is therefore put into its callers before anything is compiled.
 inlined = njit(  # type: ignore[call-overload] # as above

@@ -6,18 +6,20 @@ forward, y left, angles counter-clockwise.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self, cast
 
 import numpy as np
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, lock, read_only
 from laserfeatures.scan import LaserScan, Pose2D
 
 __all__ = ["Features", "LaserScan", "LineSegments", "Lines", "PointFeatures", "Pose2D"]
 
+
 # Stands for evidence that is left out, which becomes zeros: the field itself is never None.
-_UNTOLD = cast("FloatArray", None)
+def _untold() -> FloatArray:
+    return cast("FloatArray", None)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -43,7 +45,7 @@ class Lines(Record):
     d: FloatArray
     support: FloatArray
     covariance: FloatArray
-    evidence: FloatArray = _UNTOLD
+    evidence: FloatArray = field(default_factory=_untold)
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -120,6 +122,36 @@ class LineSegments(Record):
             points=np.empty((0, beams), np.bool_),
         )
 
+    def _unpack(self, numbers: FloatArray) -> None:
+        """Set the fields of which `pack` made one array."""
+        count = self.line.size
+        lines = (numbers.size - 6 * count) // 8
+        rest = numbers[8 * lines :]
+        self._set(
+            support=rest[:count],
+            rms=rest[count : 2 * count],
+            endpoints=rest[2 * count :].reshape(count, 2, 2),
+            lines=Lines.trusted(
+                theta=numbers[:lines],
+                d=numbers[lines : 2 * lines],
+                support=numbers[2 * lines : 3 * lines],
+                evidence=numbers[3 * lines : 4 * lines],
+                covariance=numbers[4 * lines : 8 * lines].reshape(lines, 2, 2),
+            ),
+        )
+
+    def pack(self) -> FloatArray:
+        """Return the numbers of lines and segments in one array, one field after another."""
+        numbers: FloatArray | None = self.__dict__.get("numbers")
+        if numbers is None:
+            mine, lines = self, self.lines
+            numbers = np.concatenate(
+                [lines.theta, lines.d, lines.support, lines.evidence, lines.covariance.ravel(),
+                 mine.support, mine.rms, mine.endpoints.ravel()]
+            )  # fmt: skip
+            lock(numbers)
+        return numbers
+
     def __len__(self) -> int:
         """Return the number of segments."""
         return self.line.size
@@ -158,7 +190,7 @@ class PointFeatures(Record):
     lines: IntArray
     angles: FloatArray
     real: BoolArray
-    evidence: FloatArray = _UNTOLD
+    evidence: FloatArray = field(default_factory=_untold)
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -173,9 +205,20 @@ class PointFeatures(Record):
             evidence=_evidence(self.evidence, n),
         )
 
+    def _unpack(self, numbers: FloatArray) -> None:
+        """Set the fields out of an array of them with room for more corners."""
+        count = self.real.size
+        most = numbers.size // 8
+        self._set(
+            positions=numbers[: 2 * count].reshape(count, 2),
+            covariance=numbers[2 * most : 2 * most + 4 * count].reshape(count, 2, 2),
+            angles=numbers[6 * most : 6 * most + count],
+            evidence=numbers[7 * most : 7 * most + count],
+        )
+
     def __len__(self) -> int:
         """Return the number of corners."""
-        return len(self.positions)
+        return self.real.size
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import LineSegments, PointFeatures
 
 SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
@@ -77,53 +77,40 @@ class Intersections:
         """
         if not limit > 0:
             raise ValueError(f"limit must be > 0 m, got {limit!r}")
-        lines = segments.lines
         numbers, pairs, real = _cross(
-            lines.theta,
-            lines.d,
-            lines.covariance,
-            lines.evidence,
+            segments.pack(),
             segments.line,
-            segments.endpoints,
-            segments.support,
             float(PROLONGED * limit if self.max_distance is None else self.max_distance),
             max(math.sin(self.min_angle), 1e-9),
             float(self.max_sigma),  # an int would be compiled for anew
             float(self.reach),
         )
         lock(numbers, pairs, real)
-        count = real.size
-        most = numbers.size // 8
-        return PointFeatures.trusted(
-            positions=numbers[: 2 * count].reshape(count, 2),
-            covariance=numbers[2 * most : 2 * most + 4 * count].reshape(count, 2, 2),
-            lines=pairs,
-            angles=numbers[6 * most : 6 * most + count],
-            real=real,
-            evidence=numbers[7 * most : 7 * most + count],
-        )
+        return PointFeatures.packed(numbers, lines=pairs, real=real)
 
 
 @kernel
 def _cross(
-    theta: FloatArray,
-    d: FloatArray,
-    covariance: FloatArray,
-    evidence: FloatArray,
+    packed: FloatArray,
     line: IntArray,
-    endpoints: FloatArray,
-    support: FloatArray,
     max_distance: float,
     sin_min: float,
     max_sigma: float,
     reach: float,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Return the corners' numbers, pairs of lines, and reality.
+    """Return the corners' numbers, pairs of lines, and reality; `packed` is what `pack` returns.
 
     The numbers are positions, covariances, angles and evidence in one array, with room for a corner
     of each pair of lines: to hand an array to Python takes longer than to view a part of it there.
     """
-    lines = theta.size
+    count = line.size
+    lines = (packed.size - 6 * count) // 8
+    theta = packed[:lines]
+    d = packed[lines : 2 * lines]
+    evidence = packed[3 * lines : 4 * lines]
+    covariance = packed[4 * lines : 8 * lines].reshape(lines, 2, 2)
+    support = packed[8 * lines : 8 * lines + count]
+    endpoints = packed[8 * lines + 2 * count :].reshape(count, 2, 2)
     most = lines * (lines - 1) // 2
     numbers = np.empty(8 * most)
     spread = numbers[2 * most :]
@@ -152,7 +139,8 @@ def _cross(
             xx = va * sin[b] * sin[b] + vb * sin[a] * sin[a]
             yy = va * cos[b] * cos[b] + vb * cos[a] * cos[a]
             xy = -va * sin[b] * cos[b] - vb * sin[a] * cos[a]
-            if 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy)) > max_sigma * max_sigma:
+            variance = 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))  # the largest
+            if variance > max_sigma * max_sigma:
                 continue
             numbers[2 * count] = x
             numbers[2 * count + 1] = y
@@ -162,11 +150,8 @@ def _cross(
             pairs[count, 0] = a
             pairs[count, 1] = b
             angles[count] = math.asin(min(abs(det), 1.0))
-            square = 0.5 * (xx + yy + math.hypot(xx - yy, 2.0 * xy))
             gap = _gap(x, y, a, b, line, endpoints)
-            numbers[7 * most + count] = _evidence(
-                extent, math.sqrt(max(square, 0.0)), gap, evidence[a], evidence[b]
-            )
+            numbers[7 * most + count] = _evidence(extent, variance, gap, evidence[a], evidence[b])
             turned = (cos[a] * cos[b] + sin[a] * sin[b]) ** 2
             along_a = math.sqrt(va * turned + vb)
             along_b = math.sqrt(vb * turned + va)
@@ -177,7 +162,7 @@ def _cross(
     return numbers, pairs[:count], real[:count]
 
 
-@helper
+@leaf
 def _extent(endpoints: FloatArray, max_distance: float) -> float:
     """Return how far from the sensor a corner may be: if at all, as far as anything is seen."""
     if max_distance < math.inf:
@@ -189,7 +174,7 @@ def _extent(endpoints: FloatArray, max_distance: float) -> float:
     return math.sqrt(square)
 
 
-@helper
+@leaf
 def _gap(x: float, y: float, a: int, b: int, line: IntArray, endpoints: FloatArray) -> float:
     """Return how far a corner of lines a and b is from the nearer of their segments."""
     least = math.inf
@@ -206,8 +191,8 @@ def _gap(x: float, y: float, a: int, b: int, line: IntArray, endpoints: FloatArr
     return math.sqrt(least)
 
 
-@helper
-def _evidence(extent: float, sigma: float, gap: float, one: float, other: float) -> float:
+@leaf
+def _evidence(extent: float, variance: float, gap: float, one: float, other: float) -> float:
     """Return the evidence of a corner [nats].
 
     How much more likely it is at its place than anywhere within `extent`, where one that no wall
@@ -218,20 +203,21 @@ def _evidence(extent: float, sigma: float, gap: float, one: float, other: float)
     weaker = min(one, other)
     if weaker == 0.0 or extent == 0.0:
         return 0.0
-    if not sigma > 0.0:
+    if not variance > 0.0:
         return weaker
+    sigma = math.sqrt(variance)
     place = math.log(0.5 * extent * extent / (sigma * (gap + sigma)))
     return max(place + math.log(weaker) + 0.5 * math.log(max(one, other)), 0.0)
 
 
-@helper
+@leaf
 def _variance_at(along: float, covariance: FloatArray) -> float:
     """Return the variance of a line's offset at the coordinate `along` it."""
     cross = covariance[0, 1]
     return float(along * along * covariance[0, 0] - 2.0 * along * cross + covariance[1, 1])
 
 
-@helper
+@leaf
 def _reaches(
     x: float,
     y: float,
@@ -273,7 +259,7 @@ def _reaches(
     return False
 
 
-@helper
+@leaf
 def _beyond(along: float, d: float, turn: float) -> float:
     """Return how far beyond a point on a wall a beam meets it that is turned by `turn`.
 

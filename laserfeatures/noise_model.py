@@ -181,9 +181,8 @@ class NoiseModel:
 def noise_of(scan: LaserScan) -> RangeNoise:
     """Return the noise that a scan tells by itself, as a detector takes it without a model."""
     limits = (scan.range_min, scan.range_max)
-    sigma, relative, roughness = prepare(
-        scan.directions, scan.ranges, limits, scan.ring, -1.0, 0.0, 0.0
-    )[1].tolist()
+    _, told = prepare(scan.directions, scan.ranges, limits, scan.ring, -1.0, 0.0, 0.0)
+    sigma, relative, roughness = told
     return RangeNoise(sigma=sigma, relative=relative, roughness=roughness)
 
 

@@ -13,8 +13,56 @@ from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_o
 GAP = 0.5  # [rad]; a wider one is no step of a ring with uneven steps
 FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
 
-# The angles seen last and their directions: a sensor's beams do not change from scan to scan.
-_last_directions: list[tuple[FloatArray, FloatArray]] = [(np.empty(0), np.empty((0, 2)))]
+
+class _Beams:
+    """What follows from the angles alone: the same for all scans of a sensor."""
+
+    def __init__(self, angles: FloatArray) -> None:
+        self.angles = angles
+
+    def check(self) -> None:
+        """Raise a `ValueError` unless the angles increase over one turn at most."""
+        angles = self.angles
+        if not angles.size:
+            return
+        increasing = angles[1:] > angles[:-1]
+        if not increasing.all():
+            i = int(np.argmin(increasing))
+            turn = angles[i] - angles[i + 1]
+            raise ValueError(
+                f"angles must be strictly increasing, got {angles[i]:.6g} rad at beam {i} and "
+                f"{angles[i + 1]:.6g} rad at beam {i + 1}"
+                + (f"; is it a full circle? Begin it at beam {i + 1}" * bool(turn > math.pi))
+            )
+        if not angles[-1] - angles[0] <= FULL_TURN:
+            raise ValueError(
+                "angles must be finite and span at most one turn, "
+                f"got {angles[0]:.6g} .. {angles[-1]:.6g} rad"
+            )
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Unit vector along each beam, (N, 2)."""
+        directions = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
+        directions.flags.writeable = False
+        return directions
+
+    @cached_property
+    def ring(self) -> int:
+        """How the beams go round, as `LaserScan.ring` tells."""
+        steps = self.angles.size - 1
+        if steps < 2:
+            return 0
+        span = float(self.angles[-1] - self.angles[0])
+        left, step = 2 * math.pi - span, span / steps
+        if left <= 1.5 * step:
+            return 1 if left > 0.1 * step else 2
+        if left > GAP:
+            return 0  # without a look at all steps, which takes longer
+        return int(left <= 1.5 * float(np.diff(self.angles).max()))
+
+
+_last_beams = [_Beams(np.empty(0))]  # of the angles seen last
 
 
 @dataclass(frozen=True)
@@ -72,24 +120,13 @@ class LaserScan(Record):
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
-        angles = read_only(self.angles, "angles", (None,))
-        ranges = read_only(self.ranges, "ranges", angles.shape)
-        self._set(angles=angles, ranges=ranges)
-        if angles.size:
-            increasing = angles[1:] > angles[:-1]
-            if not increasing.all():
-                i = int(np.argmin(increasing))
-                turn = angles[i] - angles[i + 1]
-                raise ValueError(
-                    f"angles must be strictly increasing, got {angles[i]:.6g} rad at beam {i} and "
-                    f"{angles[i + 1]:.6g} rad at beam {i + 1}"
-                    + (f"; is it a full circle? Begin it at beam {i + 1}" * bool(turn > math.pi))
-                )
-            if not angles[-1] - angles[0] <= FULL_TURN:
-                raise ValueError(
-                    "angles must be finite and span at most one turn, "
-                    f"got {angles[0]:.6g} .. {angles[-1]:.6g} rad"
-                )
+        beams = _last_beams[0]
+        if self.angles is not beams.angles:
+            beams = _Beams(read_only(self.angles, "angles", (None,)))
+            beams.check()
+            _last_beams[0] = beams
+        ranges = read_only(self.ranges, "ranges", beams.angles.shape)
+        self._set(angles=beams.angles, ranges=ranges)
         if not (0 <= self.range_min < self.range_max):
             raise ValueError(
                 "limits must be 0 <= range_min < range_max, "
@@ -146,19 +183,10 @@ class LaserScan(Record):
         """
         return self.ring > 0
 
-    @cached_property
+    @property
     def ring(self) -> int:
         """How the beams go round: 0, they do not; 1, once; 2, the last repeats the first."""
-        steps = len(self) - 1
-        if steps < 2:
-            return 0
-        span = float(self.angles[-1] - self.angles[0])
-        left, step = 2 * math.pi - span, span / steps
-        if left <= 1.5 * step:
-            return 1 if left > 0.1 * step else 2
-        if left > GAP:
-            return 0  # without a look at all steps, which takes longer
-        return int(left <= 1.5 * float(np.diff(self.angles).max()))
+        return self._beams.ring
 
     @cached_property
     def beams(self) -> IntArray:
@@ -177,12 +205,14 @@ class LaserScan(Record):
     @property
     def directions(self) -> FloatArray:
         """Unit vector along each beam, (N, 2); computed once for scans that share their angles."""
-        angles, directions = _last_directions[0]
-        if angles is not self.angles:
-            directions = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
-            directions.flags.writeable = False
-            _last_directions[0] = (self.angles, directions)
-        return directions
+        return self._beams.directions
+
+    @property
+    def _beams(self) -> _Beams:
+        beams = _last_beams[0]
+        if beams.angles is not self.angles:
+            beams = _last_beams[0] = _Beams(self.angles)
+        return beams
 
     def __len__(self) -> int:
         """Return the number of beams."""

@@ -2,14 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
-from laserfeatures.data import Lines, LineSegments
+from laserfeatures.compiled import kernel, leaf
+from laserfeatures.data import LineSegments
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,14 +64,10 @@ class SegmentFilter:
 
     def __call__(self, segments: LineSegments) -> LineSegments:
         """Return the segments that are worth keeping, with their lines numbered anew."""
-        lines = segments.lines
+        numbers = segments.pack()
         removed, kept, chosen = _reliable(
-            lines.theta,
-            lines.evidence,
+            numbers,
             segments.line,
-            segments.endpoints,
-            segments.support,
-            segments.rms,
             segments.points,
             self.min_points,
             self.max_error,
@@ -83,33 +77,47 @@ class SegmentFilter:
         )
         if removed == 0:
             return segments
-        number = chosen[: len(lines)]
-        keep = chosen[len(lines) : len(lines) + kept]
-        used = chosen[len(lines) + kept :]
-        chosen_lines = _rows(lines, used, "theta", "d", "support", "covariance", "evidence")
-        chosen_segments = _rows(segments, keep, "endpoints", "support", "rms", "points")
-        line = number[segments.line[keep]]
-        lock(line)
-        return LineSegments.trusted(
-            lines=Lines.trusted(**chosen_lines), line=line, **chosen_segments
-        )
+        numbers, line, points = _chosen(numbers, segments.line, segments.points, kept, chosen)
+        lock(numbers, line, points)
+        return LineSegments.packed(numbers, line=line, points=points)
 
 
-def _rows(record: Lines | LineSegments, rows: IntArray, *fields: str) -> dict[str, NDArray[Any]]:
-    """Return some rows of the named fields, locked."""
-    chosen = {field: getattr(record, field)[rows] for field in fields}
-    lock(*chosen.values())
-    return chosen
+@kernel
+def _chosen(
+    packed: FloatArray, line: IntArray, points: BoolArray, kept: int, chosen: IntArray
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Return what is chosen of numbers, lines of segments, and beams that they hold."""
+    count = line.size
+    lines = (packed.size - 6 * count) // 8
+    keep = chosen[lines : lines + kept]
+    used = chosen[lines + kept :]
+    numbers = np.empty(8 * used.size + 6 * kept)
+    of_line = np.empty(kept, np.int64)
+    beams = np.empty((kept, points.shape[1]), np.bool_)
+    at = first = 0
+    for width in (1, 1, 1, 1, 4):  # as `LineSegments.pack` lays them out
+        for k in used:
+            for m in range(width):
+                numbers[at] = packed[first + width * k + m]
+                at += 1
+        first += width * lines
+    for width in (1, 1, 4):
+        for j in keep:
+            for m in range(width):
+                numbers[at] = packed[first + width * j + m]
+                at += 1
+        first += width * count
+    for m in range(kept):
+        of_line[m] = chosen[line[keep[m]]]
+        for i in range(points.shape[1]):
+            beams[m, i] = points[keep[m], i]
+    return numbers, of_line, beams
 
 
 @kernel
 def _reliable(
-    theta: FloatArray,
-    evidence: FloatArray,
+    packed: FloatArray,
     line: IntArray,
-    endpoints: FloatArray,
-    support: FloatArray,
-    rms: FloatArray,
     points: BoolArray,
     min_points: int,
     max_error: float,
@@ -122,6 +130,12 @@ def _reliable(
     The last is one array of the lines' new numbers (L,), the segments and the lines that stay.
     """
     count = line.size
+    lines = (packed.size - 6 * count) // 8
+    theta = packed[:lines]
+    evidence = packed[3 * lines : 4 * lines]
+    support = packed[8 * lines : 8 * lines + count]
+    rms = packed[8 * lines + count : 8 * lines + 2 * count]
+    endpoints = packed[8 * lines + 2 * count :].reshape(count, 2, 2)
     keep = np.empty(count, np.bool_)
     for j in range(count):
         keep[j] = (
@@ -138,7 +152,6 @@ def _reliable(
                 better, worse = b, a
             if _is_copy(endpoints, support, points, better, worse, copy_distance):
                 keep[worse] = False
-    lines = theta.size
     chosen = np.zeros(lines + count + lines, np.int64)
     kept = 0
     for j in range(count):
@@ -155,7 +168,7 @@ def _reliable(
     return count - kept + lines - used, kept, chosen[: lines + kept + used]
 
 
-@helper
+@leaf
 def _is_copy(
     endpoints: FloatArray,
     support: FloatArray,

@@ -75,12 +75,14 @@ def line_through(points, i, j):
 
 def score(points, pool, line, gate, worth):
     """Return the cost of a line, its inliers and those that follow each other."""
-    return _compiled(sampling.score)(*_xy(points), pool, line, gate, worth)
+    sample = np.ascontiguousarray(points[pool].T)
+    return _compiled(sampling.score)(sample, len(pool), line, gate, worth)
 
 
 def best_line(points, beams, pool, gate, settings, random):
     """Return a point of the best line, that line, its inliers and the random state."""
-    return _compiled(sampling.best_line)(*_xy(points), beams, pool, gate, settings, random)
+    room = np.empty((2, len(pool)))
+    return _compiled(sampling.best_line)(*_xy(points), beams, pool, room, gate, settings, random)
 
 
 def weighed(scan, sigma=0.005, relative=0.0, roughness=0.0):

@@ -43,7 +43,9 @@ def best_line(points, beams, pool, gate, settings, state):
     """Twin of `best_line`: (seed, line, inliers), the state, and how many samples were drawn."""
     window, log_doubt, max_trials, _ = settings
     draws = numbers(state)
-    least = sum(gate * gate for _ in pool)
+    every = max(len(pool) // 128, 1)
+    scored = pool[::every]
+    least = sum(gate * gate for _ in scored)
     best, trials, drawn = (-1, (1.0, 0.0, 0.0), 0), max_trials, 0
     while drawn < trials:
         drawn += 1
@@ -51,12 +53,12 @@ def best_line(points, beams, pool, gate, settings, state):
         state = next(draws)
         second = partner(beams, pool, first, window, state)
         line = line_through(points[pool[first]], points[pool[second]])
-        cost, inliers, pairs = score(points[pool], line, gate, least)
+        cost, inliers, pairs = score(points[scored], line, gate, least)
         if cost < least:
             least = cost
-            best = pool[first], line, inliers
+            best = pool[first], line, inliers * every
             # The chance that a sample is a good one: both of its points are on the wall.
-            good = pairs / len(pool) if window else (inliers / len(pool)) ** 2
+            good = pairs / len(scored) if window else (inliers / len(scored)) ** 2
             if good >= 1:
                 break
             if good > 0:

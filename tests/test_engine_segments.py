@@ -71,7 +71,7 @@ def test_the_noise_is_estimated_where_none_is_told():
     _, estimated = prepare(*seen, -1.0, 0.0, 0.003)
     assert estimated[0] == pytest.approx(0.005, rel=0.3)
     assert estimated[2] == 0.003
-    assert prepare(*seen, 0.02, 0.01, 0.0)[1].tolist() == [0.02, 0.01, 0.0]
+    assert prepare(*seen, 0.02, 0.01, 0.0)[1] == (0.02, 0.01, 0.0)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -89,6 +89,16 @@ def test_the_best_line_is_that_of_the_twin(rng, window, state, confidence, max_t
     assert line == pytest.approx(best[1], abs=1e-9)
 
 
+@given(seeds, windows, states)
+def test_of_many_points_some_tell_the_best_line_as_of_the_twin(rng, window, state):
+    points = rng.normal((0, 2), (3, 0.01), (rng.integers(250, 600), 2))
+    args = points, np.arange(len(points)), np.arange(len(points)), GATE, (window, -5.0, 60, 0)
+    seed, line, inliers, after = kernels.best_line(*args, state)
+    best, expected, _ = reference_sampling.best_line(*args, state)
+    assert (seed, inliers, after) == (best[0], best[2], expected)
+    assert line == pytest.approx(best[1], abs=1e-9)
+
+
 @given(seeds, windows, st.integers(0, 2**40), st.integers(1, 60), st.integers(0, 4))
 def test_lines_are_proposed_as_the_twin_does(rng, window, state, max_trials, max_missed):
     points = kernels.weighed(niche_scan(rng)[0])

@@ -2,7 +2,7 @@
 
 import math
 
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import leaf
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
@@ -15,7 +15,7 @@ CIRCLE_FITS = 8
 SETTLED = 1e-3  # of the radius: a step that changes no decision
 
 
-@helper
+@leaf
 def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float = CONVEX) -> float:
     """Return chi squared of the circle through returns i..j-1, inf where that is no round object.
 
@@ -60,7 +60,7 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float
     return circle_misfit(points, i, j, cx, cy, radius, max_radius, least)
 
 
-@helper
+@leaf
 def circle_misfit(
     points: Sequence,
     i: int,
@@ -85,7 +85,7 @@ def circle_misfit(
     return chi2 * (j - i) / incidence
 
 
-@helper
+@leaf
 def nearest_circle(
     points: Sequence, i: int, j: int, cx: float, cy: float, radius: float
 ) -> tuple[float, float, float]:
@@ -131,7 +131,7 @@ def nearest_circle(
     return cx, cy, radius
 
 
-@helper
+@leaf
 def bends(
     points: Sequence,
     i: int,
@@ -150,7 +150,7 @@ def bends(
     return bool(turn > CONCAVE)
 
 
-@helper
+@leaf
 def angle(points: Sequence, i: int, j: int, cx: float, cy: float) -> float:
     """Return the angle between two returns as a centre sees them."""
     ax = points.x[i] - cx
@@ -160,7 +160,7 @@ def angle(points: Sequence, i: int, j: int, cx: float, cy: float) -> float:
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
 
 
-@helper
+@leaf
 def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
     """Tell whether the object of returns i..j-1 is rather round than one wall, or two that meet."""
     if j - i < SHORTEST_ARC:
@@ -181,7 +181,7 @@ def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
     return bool(arc_misfit(points, i, j, max_radius) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE))
 
 
-@helper
+@leaf
 def flat_misfit(points: Sequence, i: int, j: int) -> float:
     """Return chi squared of the best line through returns i..j-1; 0 for less than three."""
     if j - i < 3:

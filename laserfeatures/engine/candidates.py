@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from laserfeatures.arrays import BoolArray, FloatArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import leaf
 from laserfeatures.engine.prices import PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
@@ -24,7 +24,7 @@ class Candidate(NamedTuple):
     saved: float  # of the cost of stray returns; a wall where it is more than none
 
 
-@helper
+@leaf
 def is_inlier(points: Sequence, i: int, c: float, s: float, d: float, width: float) -> bool:
     """Tell whether a return is on a line, give or take `width` [m] and the noise."""
     off = max(abs(points.x[i] * c + points.y[i] * s - d) - width, 0.0)
@@ -32,7 +32,7 @@ def is_inlier(points: Sequence, i: int, c: float, s: float, d: float, width: flo
     return bool(off * off < INLIER * points.variance[i] * (cosine * cosine + points.floor[i]))
 
 
-@helper
+@leaf
 def grow(
     points: Sequence,
     taken: BoolArray,
@@ -64,7 +64,7 @@ def grow(
     return found
 
 
-@helper
+@leaf
 def fit_around(
     points: Sequence,
     taken: BoolArray,
@@ -105,7 +105,7 @@ def fit_around(
     return ends[0], ends[1] + 1, count if chi2 < math.inf else 0, c, s, d, chi2
 
 
-@helper
+@leaf
 def add(
     points: Sequence, taken: BoolArray, found: Candidate, lines: FloatArray, count: int
 ) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import IntArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, leaf
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import INCIDENCE_FLOOR, Sequence
@@ -56,7 +56,7 @@ def weigh_evidence(points: Sequence, label: IntArray, walls: Walls) -> None:
             walls[k].points = 0  # as likely without: it is none
 
 
-@helper
+@leaf
 def excess_of(walls: Walls) -> tuple[float, float]:
     """Return what walls show beyond the noise, in its variances, and the degrees of freedom.
 
@@ -70,7 +70,7 @@ def excess_of(walls: Walls) -> tuple[float, float]:
     return chi2 / max(freedom, 1.0) - 1.0, freedom
 
 
-@helper
+@leaf
 def inflate_covariances(points: Sequence, walls: Walls, told: bool) -> None:
     """Inflate the covariances of lines by what does not average out along a wall.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from laserfeatures.arrays import IntArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, leaf
 from laserfeatures.engine.arcs import arc_misfit
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
@@ -42,7 +42,7 @@ def find_columns(points: Sequence, label: IntArray, walls: Walls, max_radius: fl
     return found[:, :count]
 
 
-@helper
+@leaf
 def column_from(
     points: Sequence, label: IntArray, walls: Walls, begin: int, max_radius: float
 ) -> tuple[int, int]:

@@ -17,7 +17,7 @@ What follows is the pipeline's: 9 filter the segments, 10 cross the lines.
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper, kernel
+from laserfeatures.compiled import helper, kernel, leaf
 from laserfeatures.engine.certainty import inflate_covariances, weigh_evidence
 from laserfeatures.engine.columns import find_columns
 from laserfeatures.engine.noise import estimate_noise
@@ -59,7 +59,7 @@ def prepare(
     sigma: float,
     relative: float,
     roughness: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, tuple[float, float, float]]:
     """Return the table of a scan's returns, and its noise (sigma, relative, roughness).
 
     A negative `sigma` stands for unknown: it is estimated.
@@ -73,7 +73,7 @@ def prepare(
         seen = estimate_noise(points)
         noise = Noise(seen.sigma, seen.relative, roughness)
     weigh(points, noise)
-    return without_lone(table), np.array([noise.sigma, noise.relative, noise.roughness])
+    return without_lone(table), (noise.sigma, noise.relative, noise.roughness)
 
 
 @kernel
@@ -188,7 +188,7 @@ def turned_columns(columns: IntArray, start: int, n: int) -> IntArray:
     return out[:, :count]
 
 
-@helper
+@leaf
 def better_seam(points: Sequence, label: IntArray) -> int:
     """Return where to cut a ring so that no wall is cut: 0 where it is right already.
 

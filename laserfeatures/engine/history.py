@@ -11,7 +11,7 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.compiled import helper, kernel
-from laserfeatures.engine.noise import FEWEST, UNKNOWN, WIDTH, fit_noise, stretches
+from laserfeatures.engine.noise import FEWEST, LOW, UNKNOWN, WIDTH, fit_noise, stretches
 from laserfeatures.engine.sequence import as_sequence, in_order
 
 COUNT, VARIANCE, SQUARE = range(3)  # rows of the cells: so many stretches, and sums over them
@@ -81,12 +81,25 @@ def fit_cells(cells: FloatArray, least: float, mean: float, alike: float) -> Flo
     if count.sum() < FEWEST:
         unknown = max((UNKNOWN * mean) ** 2, least)
         return np.array([unknown, 0.0, unknown, math.inf])
-    constant, growing = fit_noise(variance, square, count, least)
+    begin = low_quantile(variance, count)
+    constant, growing = fit_noise(variance, square, count, begin, least)
     errors = fit_errors(variance, square, count, constant, growing)
     floor = least * PURE
     found = np.array([max(constant, floor), growing, errors[0] * alike, errors[1] * alike])
     found[2:] = np.sqrt(found[2:])
     return found / PURE
+
+
+@helper
+def low_quantile(variance: FloatArray, count: FloatArray) -> float:
+    """Return the variance that the share `LOW` of the stretches stays below."""
+    order = np.argsort(variance)
+    below = LOW * count.sum()
+    at = 0
+    while at < order.size - 1 and count[order[at]] <= below:
+        below -= count[order[at]]
+        at += 1
+    return float(variance[order[at]])
 
 
 @helper

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, leaf
 from laserfeatures.engine.sequence import MISSED, Noise, Sequence
 
 STRETCH = 8  # returns
@@ -30,7 +30,8 @@ def estimate_noise(points: Sequence) -> Noise:
     variance, square, least, mean = stretches(points)
     if variance.size < FEWEST:
         return Noise(max(UNKNOWN * mean, math.sqrt(least)), 0.0, 0.0)
-    constant, growing = fit_noise(variance, square, np.ones(variance.size), least)
+    begin = float(np.partition(variance, int(LOW * variance.size))[int(LOW * variance.size)])
+    constant, growing = fit_noise(variance, square, np.ones(variance.size), begin, least)
     return Noise(math.sqrt(constant), math.sqrt(growing), 0.0)
 
 
@@ -45,6 +46,17 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
     every = STRETCH if n >= 12 * STRETCH else STRETCH // 2
     variance = np.empty(n // every + 1)
     square = np.empty(n // every + 1)
+    steady = np.arange(n)
+    count = without_strays(points.x, points.y, steady)
+    least, mean = least_and_mean(points)
+    count = scatters(points, steady[:count], every, least, variance, square)
+    return variance[:count], square[:count], least, mean
+
+
+@leaf
+def least_and_mean(points: Sequence) -> tuple[float, float]:
+    """Return the least variance of the ranges, and their mean."""
+    n = points.x.size
     total = before = 0.0
     resolution = math.inf
     for i in range(n):
@@ -58,7 +70,19 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
     least = (FINEST * mean) ** 2
     if n > 1:
         least = max(least, resolution * resolution / 12.0)
-    steady = without_strays(points)
+    return least, mean
+
+
+@leaf
+def scatters(
+    points: Sequence,
+    steady: IntArray,
+    every: int,
+    least: float,
+    variance: FloatArray,
+    square: FloatArray,
+) -> int:
+    """Fill in what the stretches of the `steady` returns show; return how many tell something."""
     count = 0
     for i in range(0, steady.size - STRETCH + 1, every):
         if points.beam[steady[i + STRETCH - 1]] - points.beam[steady[i]] >= STRETCH + MISSED:
@@ -68,35 +92,43 @@ def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
             variance[count] = max(misfit / FREEDOM, least)
             square[count] = weight / STRETCH
             count += 1
-    return variance[:count], square[:count], least, mean
+    return count
 
 
-@helper
-def without_strays(points: Sequence) -> IntArray:
-    """Return the returns but for those far off neighbours which are near each other.
+@leaf
+def without_strays(x: FloatArray, y: FloatArray, kept: IntArray) -> int:
+    """Take returns far off neighbours which are near each other out of those `kept`.
 
-    So far that it is no noise, whatever the noise is. Two rounds: strays may be neighbours.
+    So far that it is no noise, whatever the noise is. Two rounds: strays may be neighbours. Returns
+    how many are left.
     """
-    x, y = points.x, points.y  # taken out of their tuple once: see `partition`
-    kept = np.arange(x.size)
     count = kept.size
     for _ in range(2):
-        left = min(count, 1)
-        for m in range(1, count):
-            if m < count - 1:
-                h, i, j = kept[left - 1], kept[m], kept[m + 1]
-                before = (x[i] - x[h]) ** 2 + (y[i] - y[h]) ** 2
-                after = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2
-                over = (x[j] - x[h]) ** 2 + (y[j] - y[h]) ** 2
-                if min(before, after) > FAR * FAR * over:
-                    continue
-            kept[left] = kept[m]
-            left += 1
-        count = left
-    return kept[:count]
+        if count < 3:
+            break
+        left = 1
+        h, i = kept[0], kept[1]
+        before = (x[i] - x[h]) ** 2 + (y[i] - y[h]) ** 2
+        for m in range(2, count):
+            j = kept[m]
+            after = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2
+            over = (x[j] - x[h]) ** 2 + (y[j] - y[h]) ** 2
+            if min(before, after) > FAR * FAR * over:
+                before = over
+            else:
+                kept[left] = i
+                left += 1
+                h = i
+                before = after
+            i = j
+        kept[left] = i
+        if left + 1 == count:
+            break
+        count = left + 1
+    return count
 
 
-@helper
+@leaf
 def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float]:
     """Return the sum of squared range errors of a stretch about its line, and of its ranges.
 
@@ -120,15 +152,16 @@ def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float]:
     return max(w - explained, 0.0), w
 
 
-@helper
+@leaf
 def fit_noise(
-    variance: FloatArray, square: FloatArray, count: FloatArray, least: float
+    variance: FloatArray, square: FloatArray, count: FloatArray, begin: float, least: float
 ) -> tuple[float, float]:
     """Return sigma^2 and relative^2 of stretches' variances and mean squared ranges.
 
-    `count` tells how many stretches each of these stands for.
+    `count` tells how many stretches each of these stands for; the search begins at `begin`, a low
+    variance.
     """
-    constant = max(low_quantile(variance, count) / 0.6, least)
+    constant = max(begin / 0.6, least)
     growing = 0.0
     for _ in range(ROUNDS):
         n = r = rr = v = vr = 0.0
@@ -152,15 +185,3 @@ def fit_noise(
             growing = (vr * n - v * r) / det if constant > 0.0 else vr / rr
         constant = max(constant, least)
     return constant, growing
-
-
-@helper
-def low_quantile(variance: FloatArray, count: FloatArray) -> float:
-    """Return the variance that the share `LOW` of the stretches stays below."""
-    order = np.argsort(variance)
-    below = LOW * count.sum()
-    at = 0
-    while at < order.size - 1 and count[order[at]] <= below:
-        below -= count[order[at]]
-        at += 1
-    return float(variance[order[at]])

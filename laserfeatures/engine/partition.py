@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper, inlined
+from laserfeatures.compiled import helper, inlined, leaf
 from laserfeatures.engine.arcs import SHORTEST_ARC, arc_misfit
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
@@ -183,7 +183,7 @@ def follow_lines(
     return kept, least
 
 
-@helper
+@leaf
 def end_arc(
     points: Sequence,
     max_radius: float,
@@ -257,7 +257,7 @@ def end_wall(
     return kept
 
 
-@helper
+@leaf
 def trace(start: IntArray, kind: IntArray, line: IntArray, known: int, label: IntArray) -> int:
     """Follow the cheapest explanation back and label the returns; return the number of walls."""
     j = label.size

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import helper, kernel
-from laserfeatures.data import Lines, LineSegments
+from laserfeatures.compiled import helper, kernel, leaf
+from laserfeatures.data import LineSegments
 from laserfeatures.engine.partition import Limits
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.walls import Walls
@@ -150,6 +150,25 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
     member = np.empty(total, np.int64)
     beam = np.empty(label.size, np.int64)
     source = np.empty(label.size, np.int64)
+    by_wall(points, label, place, line, member, beam, source)
+    segments = cut_segments(
+        points.x, points.y, beam, source, beams, theta, d, line, member, limits.max_missed,
+        limits.max_gap, MAX_GROWTH,
+    )  # fmt: skip
+    return pack(theta, walls, segments)
+
+
+@leaf
+def by_wall(
+    points: Sequence,
+    label: IntArray,
+    place: IntArray,
+    line: IntArray,
+    member: IntArray,
+    beam: IntArray,
+    source: IntArray,
+) -> None:
+    """Sort the returns by walls, in beam order: each has a `place` for its first."""
     for i in range(label.size):
         beam[i] = int(points.beam[i])
         source[i] = int(points.source[i])
@@ -158,16 +177,11 @@ def cut_walls(points: Sequence, label: IntArray, walls: Walls, beams: int, limit
             line[place[k]] = k
             member[place[k]] = i
             place[k] += 1
-    segments = cut_segments(
-        points.x, points.y, beam, source, beams, theta, d, line, member, limits.max_missed,
-        limits.max_gap, MAX_GROWTH,
-    )  # fmt: skip
-    return pack(theta, walls, segments)
 
 
 @helper
 def pack(theta: FloatArray, walls: Walls, segments: Segments) -> Found:
-    """Put the numbers of lines and segments into one array, one field after another."""
+    """Put the numbers of lines and segments into one array, as `LineSegments.pack` does."""
     line, endpoints, support, rms, beams = segments
     lines = walls.size
     count = line.size
@@ -198,20 +212,4 @@ def line_segments(found: Found) -> LineSegments:
     """Return what a kernel found as `LineSegments`."""
     numbers, line, beams = found
     lock(numbers, line, beams)
-    count = line.size
-    lines = (numbers.size - 6 * count) // 8
-    rest = numbers[8 * lines :]
-    return LineSegments.trusted(
-        lines=Lines.trusted(
-            theta=numbers[:lines],
-            d=numbers[lines : 2 * lines],
-            support=numbers[2 * lines : 3 * lines],
-            evidence=numbers[3 * lines : 4 * lines],
-            covariance=numbers[4 * lines : 8 * lines].reshape(lines, 2, 2),
-        ),
-        line=line,
-        endpoints=rest[2 * count :].reshape(count, 2, 2),
-        support=rest[:count],
-        rms=rest[count : 2 * count],
-        points=beams,
-    )
+    return LineSegments.packed(numbers, line=line, points=beams)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, leaf
 
 OPEN, RING, DOUBLED = range(3)  # a scan's beams end, go round, or go round with the first twice
 GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that is a jump
@@ -79,7 +79,21 @@ def in_order(
     if ring != OPEN and count > 0:
         start = seam(directions, ranges, valid[:count])
     table = np.empty((ROWS, count))
-    points = as_sequence(table)
+    place(as_sequence(table), directions, ranges, valid, start, period)
+    return table
+
+
+@leaf
+def place(
+    points: Sequence,
+    directions: FloatArray,
+    ranges: FloatArray,
+    valid: IntArray,
+    start: int,
+    period: int,
+) -> None:
+    """Fill in the returns, the `valid` ones from place `start` on."""
+    count = points.x.size
     for m in range(count):
         at = m + start
         turn = 0
@@ -93,10 +107,9 @@ def in_order(
         points.uy[m] = directions[i, 1]
         points.beam[m] = i + turn
         points.source[m] = i
-    return table
 
 
-@helper
+@leaf
 def without_constant(
     directions: FloatArray, ranges: FloatArray, valid: IntArray, count: int
 ) -> int:
@@ -129,7 +142,7 @@ def without_constant(
     return left
 
 
-@helper
+@leaf
 def seam(directions: FloatArray, ranges: FloatArray, valid: IntArray) -> int:
     """Return where to cut a ring: at the widest jump, or step where nothing jumps.
 
@@ -155,7 +168,7 @@ def seam(directions: FloatArray, ranges: FloatArray, valid: IntArray) -> int:
     return start
 
 
-@helper
+@leaf
 def weigh(points: Sequence, noise: Noise) -> None:
     """Fill in what follows from the noise: variance, weight, floor and jump."""
     rough = noise.roughness * noise.roughness
@@ -179,7 +192,13 @@ def weigh(points: Sequence, noise: Noise) -> None:
 @helper
 def without_lone(table: FloatArray) -> FloatArray:
     """Return the table without returns that stand out alone: no surface can be told from one."""
-    points = as_sequence(table)
+    kept = move_up(table, as_sequence(table))
+    return table[:, :kept].copy() if kept < table.shape[1] else table
+
+
+@leaf
+def move_up(table: FloatArray, points: Sequence) -> int:
+    """Move the other returns up to the places of lone ones; return how many are left."""
     n = points.x.size
     kept = min(n, 1)
     for i in range(1, n):
@@ -191,10 +210,10 @@ def without_lone(table: FloatArray) -> FloatArray:
             for row in range(ROWS):
                 table[row, kept] = table[row, i]
         kept += 1
-    return table[:, :kept].copy() if kept < n else table
+    return kept
 
 
-@helper
+@leaf
 def is_lone(points: Sequence, i: int) -> bool:
     """Tell whether a return stands out between its neighbours, which are near each other."""
     before = (points.x[i] - points.x[i - 1]) ** 2 + (points.y[i] - points.y[i - 1]) ** 2
@@ -203,7 +222,7 @@ def is_lone(points: Sequence, i: int) -> bool:
     return bool(min(before, after) > LONE * LONE * over)
 
 
-@helper
+@leaf
 def step_jumps(points: Sequence, i: int, j: int) -> float:
     """Return 1 where the step from return i to j is a jump, 0 where it is none."""
     r = points.x[i] * points.ux[i] + points.y[i] * points.uy[i]

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
-from laserfeatures.compiled import helper
+from laserfeatures.compiled import helper, leaf
 from laserfeatures.engine.sequence import Sequence
 
 # Columns of the table, sums over the first j returns: of the weights r^2 / sigma^2, and weighted of
@@ -24,11 +24,17 @@ SINGULAR = 1e-12  # of the normal equations: the returns are in line with the se
 @helper
 def running_sums(points: Sequence) -> FloatArray:
     """Return the table of sums, (P + 1, COLUMNS); a stretch i..j-1 has row j less row i."""
-    n = points.x.size
-    sums = np.empty((n + 1, COLUMNS))
+    sums = np.empty((points.x.size + 1, COLUMNS))
+    add_up(points, sums)
+    return sums
+
+
+@leaf
+def add_up(points: Sequence, sums: FloatArray) -> None:
+    """Fill the table of sums."""
     for column in range(COLUMNS):
         sums[0, column] = 0.0
-    for i in range(n):
+    for i in range(points.x.size):
         x = points.x[i]
         y = points.y[i]
         w = points.weight[i]
@@ -40,10 +46,9 @@ def running_sums(points: Sequence) -> FloatArray:
         sums[i + 1, YY] = sums[i, YY] + w * y * y
         sums[i + 1, INVERSE] = sums[i, INVERSE] + 1.0 / points.variance[i]
         sums[i + 1, FLOOR] = sums[i, FLOOR] + points.floor[i] / points.variance[i]
-    return sums
 
 
-@helper
+@leaf
 def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
     """Return chi squared of the best line through returns i..j-1, and how obliquely it is met.
 
@@ -68,7 +73,7 @@ def wall_misfit(sums: FloatArray, i: int, j: int) -> tuple[float, float]:
     return misfit / (1.0 + floor * oblique), oblique
 
 
-@helper
+@leaf
 def line_of(
     w: float, x: float, y: float, xx: float, xy: float, yy: float
 ) -> tuple[float, float, float, float]:
@@ -85,7 +90,7 @@ def line_of(
     return a * d, b * d, d, max(w - a * x - b * y, 0.0)
 
 
-@helper
+@leaf
 def line_through(sums: FloatArray, i: int, j: int) -> tuple[float, float, float, float]:
     """Return c, s, d and chi squared of the line through returns i..j-1."""
     return line_of(

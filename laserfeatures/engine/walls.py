@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import IntArray
-from laserfeatures.compiled import helper, inlined
+from laserfeatures.compiled import helper, inlined, leaf
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
@@ -38,7 +38,7 @@ def misfit(points: Sequence, i: int, c: float, s: float, d: float) -> float:
     return off * off / (points.variance[i] * (cosine * cosine + points.floor[i]))
 
 
-@helper
+@leaf
 def solve(wall: Wall) -> None:
     """Fill in the line that the sums of a wall give, with its covariance to first order."""
     det = wall.xx * wall.yy - wall.xy * wall.xy
@@ -97,7 +97,7 @@ def add_return(points: Sequence, i: int, line: Wall, wall: Wall, weighted: bool)
     wall.last = i + 1
 
 
-@helper
+@leaf
 def fit_walls(points: Sequence, label: IntArray, walls: Walls, weighted: bool) -> None:
     """Fit every wall to the returns that bear its number, `weighted` at its line so far."""
     for k in range(walls.size):
@@ -113,7 +113,7 @@ def fit_walls(points: Sequence, label: IntArray, walls: Walls, weighted: bool) -
             solve(walls[k])
 
 
-@helper
+@leaf
 def combine(into: Wall, one: Wall, other: Wall, sign: int) -> None:
     """Write the sums of one wall and another, or less it, into a third."""
     into.w = one.w + sign * other.w
@@ -165,7 +165,7 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
         label[i] = k
 
 
-@helper
+@leaf
 def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> None:
     """Part the returns of walls that meet by the bearing of their crossing.
 
@@ -181,7 +181,7 @@ def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> None:
         last = i
 
 
-@helper
+@leaf
 def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int) -> None:
     """Part the returns of two walls, one up to the return `last`, the next from `first` on."""
     a = label[last]
@@ -210,7 +210,7 @@ def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int)
         i += 1
 
 
-@helper
+@leaf
 def free_outliers(points: Sequence, label: IntArray, walls: Walls, known: int) -> None:
     """Take the returns from the first `known` walls that cost less as stray ones."""
     for i in range(label.size):

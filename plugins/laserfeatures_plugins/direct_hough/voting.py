@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray
-from laserfeatures.engine import helper
+from laserfeatures.engine import leaf
 
 THINNING = 0.5  # of a chord: points closer than that have the same to say
 FLANK = 3  # rows of theta beside a peak that only repeat it
@@ -15,7 +15,7 @@ ROW = BINS + 16  # a row that is no power of two long keeps the cache's sets apa
 ORIGIN = 2.0**40  # a multiple of BINS that keeps the bins of negative d positive
 
 
-@helper
+@leaf
 def direction(nx: float, ny: float) -> float:
     """Return the angle of the normal (nx, ny) in [0, pi], to 1e-3 rad: rows are wider than that."""
     if ny < 0.0:
@@ -30,14 +30,14 @@ def direction(nx: float, ny: float) -> float:
     return theta + z * (0.99535795 - zz * (0.28869091 - 0.0793395 * zz))
 
 
-@helper
+@leaf
 def at_least(value: int, floor: int) -> int:
     """Return the larger of two numbers without a branch: the processor would guess half wrong."""
     above = value - floor
     return floor + (above & ~(above >> 63))
 
 
-@helper
+@leaf
 def vote_pairs(
     x: FloatArray,
     y: FloatArray,
@@ -110,7 +110,7 @@ def vote_pairs(
                 t = 0  # theta wraps
 
 
-@helper
+@leaf
 def next_peak(best: IntArray, done: BoolArray, min_votes: int) -> int:
     """Return the theta with most votes that is not `done`, or -1; mark it and its flanks."""
     rows = best.size

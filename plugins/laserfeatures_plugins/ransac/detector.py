@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 class Ransac(WallDetector):
     """Draw two points, keep the line that explains the others best, refit, repeat.
 
-    Sequential RANSAC: a line is scored by all points that no wall owns yet; the best is refitted
-    to its inliers along the scan. Points of walls are not drawn again. The scan is then explained
-    by these lines and what they leave (see `WallDetector`).
+    Sequential RANSAC: a line is scored by the points that no wall owns yet, of many by every k-th;
+    the best is refitted to its inliers along the scan. Points of walls are not drawn again. The
+    scan is then explained by these lines and what they leave (see `WallDetector`).
 
     Parameters
     ----------

@@ -5,13 +5,14 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.engine import helper, kernel
+from laserfeatures.engine import kernel, leaf
 from laserfeatures.engine.candidates import add, grow
 from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.sequence import as_sequence
 
 LEAST = 4  # points of a wall
 SIGMAS = 3.0  # standard deviations of the noise within which a point is an inlier
+SCORED = 128  # points that a line is scored by, about: every k-th of those on no wall
 FAILURES = 8  # lines in a row that are no walls, after which there are none left
 MODULUS = 2**31 - 1  # of the random numbers: Park and Miller (1988), "minimal standard"
 MULTIPLIER = 48271
@@ -33,6 +34,7 @@ def propose(table: FloatArray, sampling: Sampling, max_missed: int) -> FloatArra
     drawn_in_vain = np.zeros(n, np.bool_)
     pool = np.empty(n, np.int64)
     beam = np.empty(n, np.int64)
+    sample = np.empty((2, n))
     noise = 0.0
     for i in range(n):
         beam[i] = int(points.beam[i])
@@ -49,7 +51,7 @@ def propose(table: FloatArray, sampling: Sampling, max_missed: int) -> FloatArra
         if free < LEAST:
             break
         seed, line, inliers, random = best_line(
-            points.x, points.y, beam, pool[:free], gate, sampling, random
+            points.x, points.y, beam, pool[:free], sample, gate, sampling, random
         )
         if inliers < LEAST:
             break
@@ -64,12 +66,13 @@ def propose(table: FloatArray, sampling: Sampling, max_missed: int) -> FloatArra
     return lines[:, :count].copy()
 
 
-@helper
+@leaf
 def best_line(
     x: FloatArray,
     y: FloatArray,
     beam: IntArray,
     pool: IntArray,
+    sample: FloatArray,
     gate: float,
     sampling: Sampling,
     random: int,
@@ -78,11 +81,17 @@ def best_line(
 
     Lines are scored by MSAC (Torr and Zisserman 2000): the sum of squared distances, none counted
     for more than the gate's. Samples are drawn until a good one has come with the confidence asked.
+    `sample` is room for the points that they are scored by.
     """
     window, log_doubt, max_trials, _ = sampling
+    every = max(pool.size // SCORED, 1)
+    size = 0
     worth = 0.0  # the most that a line may cost and be better
-    for _ in pool:
+    for a in range(0, pool.size, every):
+        sample[0, size] = x[pool[a]]
+        sample[1, size] = y[pool[a]]
         worth += gate * gate
+        size += 1
     best = (1.0, 0.0, 0.0)
     seed = -1
     inliers = 0
@@ -95,13 +104,13 @@ def best_line(
         random = random * MULTIPLIER % MODULUS
         second = partner(beam, pool, first, window, random)
         line = line_through(x, y, pool[first], pool[second])
-        cost, n, pairs = score(x, y, pool, line, gate, worth)
+        cost, n, pairs = score(sample, size, line, gate, worth)
         if cost < worth:
             worth = cost
             best = line
             seed = pool[first]
-            inliers = n
-            good = pairs / pool.size if window > 0 else (n / pool.size) ** 2
+            inliers = n * every
+            good = pairs / size if window > 0 else (n / size) ** 2
             if good >= 1.0:
                 break
             if good > 0.0:
@@ -109,7 +118,7 @@ def best_line(
     return seed, best, inliers, random
 
 
-@helper
+@leaf
 def partner(beam: IntArray, pool: IntArray, first: int, window: int, random: int) -> int:
     """Return another place in the pool: within `window` beams of `first`, or anywhere if it is 0.
 
@@ -132,7 +141,7 @@ def partner(beam: IntArray, pool: IntArray, first: int, window: int, random: int
     return second + (second >= first)
 
 
-@helper
+@leaf
 def line_through(x: FloatArray, y: FloatArray, i: int, j: int) -> Line:
     """Return cosine and sine of theta, and d, of the line through two points."""
     dx = x[j] - x[i]
@@ -145,9 +154,9 @@ def line_through(x: FloatArray, y: FloatArray, i: int, j: int) -> Line:
     return c, s, x[i] * c + y[i] * s
 
 
-@helper
+@leaf
 def score(
-    x: FloatArray, y: FloatArray, pool: IntArray, line: Line, gate: float, worth: float
+    sample: FloatArray, size: int, line: Line, gate: float, worth: float
 ) -> tuple[float, int, int]:
     """Return the cost of a line, its inliers and those of them that follow each other.
 
@@ -158,8 +167,8 @@ def score(
     cost = 0.0
     n = pairs = 0
     before = False
-    for i in pool:
-        off = x[i] * c + y[i] * s - d
+    for i in range(size):
+        off = sample[0, i] * c + sample[1, i] * s - d
         square = off * off
         inlier = square < most
         n += inlier

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
-from laserfeatures.engine import helper, kernel
+from laserfeatures.engine import kernel, leaf
 from laserfeatures.engine.candidates import Candidate, add, is_inlier
 from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.prices import PRICE, STRAY_PRICE
@@ -35,7 +35,7 @@ def propose(table: FloatArray, max_missed: int) -> FloatArray:
     return lines[:, :count].copy()
 
 
-@helper
+@leaf
 def grow_region(points: Sequence, first: int, max_missed: int) -> Candidate:
     """Grow a line forwards from a point and its followers.
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
-from laserfeatures.engine import helper, kernel
+from laserfeatures.engine import helper, kernel, leaf
 from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.sequence import Sequence, as_sequence
 from laserfeatures.engine.sums import line_through, running_sums
@@ -65,7 +65,7 @@ def split(
     return count
 
 
-@helper
+@leaf
 def farthest(points: Sequence, a: int, b: int) -> int:
     """Return which point between a and b is farthest from the chord of both."""
     x = points.x[a]
