@@ -117,11 +117,8 @@ def _cross(
     angles = numbers[6 * most :]
     pairs = np.empty((most, 2), np.int64)
     real = np.empty(most, np.bool_)
-    cos = np.empty(lines)
-    sin = np.empty(lines)
-    for a in range(lines):
-        cos[a] = math.cos(theta[a])
-        sin[a] = math.sin(theta[a])
+    cos = np.cos(theta)
+    sin = np.sin(theta)
     extent = _extent(endpoints, max_distance)
     count = 0
     for a in range(lines):

@@ -8,7 +8,7 @@ from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import line_of
 
 SHORTEST_ARC = 4  # returns
-CONVEX = 0.7  # [rad] of a circle that must be seen of it from outside,
+CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
 HOPELESS = 36.0  # chi squared of a return on the first fit: no better one makes it an arc
 CIRCLE_FITS = 8
@@ -57,7 +57,7 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float
     if misfit > HOPELESS * (j - i):
         return misfit
     cx, cy, radius = nearest_circle(points, i, j, cx, cy, radius)
-    return circle_misfit(points, i, j, cx, cy, radius, max_radius, least)
+    return min(misfit, circle_misfit(points, i, j, cx, cy, radius, max_radius, least))
 
 
 @leaf
