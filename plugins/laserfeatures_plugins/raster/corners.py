@@ -147,6 +147,7 @@ class KanadeTomasi:
         table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, relative, 0.0)
         lines = outline(
             table,
+            resolution=self.resolution,
             max_pole_radius=self.max_pole_radius,
             max_range=self.max_range,
             min_incidence=self.min_incidence,
