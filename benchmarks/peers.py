@@ -106,6 +106,7 @@ def picture_of(scan):
     own = lf.get_extractor("raster_hough").detector
     drawn = outline(
         own.prepared(scan),
+        resolution=own.resolution,
         max_pole_radius=own.max_pole_radius,
         max_range=own.max_range,
         min_incidence=own.min_incidence,

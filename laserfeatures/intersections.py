@@ -8,6 +8,7 @@ import numpy as np
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import LineSegments, PointFeatures
+from laserfeatures.parameters import settle
 
 SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
 PROLONGED = 2.0  # times the range limit: walls go on beyond what is seen of them, but not for ever
@@ -51,6 +52,7 @@ class Intersections:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        settle(self)
         for name in ("max_distance", "max_sigma"):
             value = getattr(self, name)
             if value is not None and not value > 0:
@@ -82,8 +84,8 @@ class Intersections:
             segments.line,
             float(PROLONGED * limit if self.max_distance is None else self.max_distance),
             max(math.sin(self.min_angle), 1e-9),
-            float(self.max_sigma),  # an int would be compiled for anew
-            float(self.reach),
+            self.max_sigma,
+            self.reach,
         )
         lock(numbers, pairs, real)
         return PointFeatures.packed(numbers, lines=pairs, real=real)

@@ -12,6 +12,7 @@ from laserfeatures.engine.detector import WallDetector
 from laserfeatures.engine.explain import prepare
 from laserfeatures.engine.history import CELLS, fit_cells, gather
 from laserfeatures.engine.sequence import INCIDENCE_FLOOR
+from laserfeatures.parameters import settle, whole
 
 MEMORY = 300  # scans
 START = 20  # scans after each of which all is estimated anew;
@@ -44,6 +45,7 @@ class RangeNoise:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
+        settle(self)
         if not 0 < self.sigma <= 1:
             raise ValueError(f"sigma must be in (0, 1] m, got {self.sigma!r}")
         if not 0 <= self.relative < 1:
@@ -101,10 +103,10 @@ class NoiseModel:
     """
 
     def __init__(self, *, memory: int = MEMORY) -> None:
-        if not memory >= 1:
+        self.memory = whole("memory", memory)
+        if self.memory < 1:
             raise ValueError(f"memory must be >= 1 scan, got {memory!r}")
-        self.memory = memory
-        self._keep = math.exp(-1.0 / memory)
+        self._keep = math.exp(-1.0 / self.memory)
         self._cells = np.zeros((3, CELLS))
         self._walls = np.zeros(6)  # sums over the scans of what `_shown` returns, and products
         self._weight = self._squares = 0.0  # sums of what each scan counts

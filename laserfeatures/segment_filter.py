@@ -8,6 +8,7 @@ import numpy as np
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import LineSegments
+from laserfeatures.parameters import settle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +52,7 @@ class SegmentFilter:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        settle(self)
         if not self.min_points >= 1:
             raise ValueError(f"min_points must be >= 1, got {self.min_points!r}")
         if not self.max_error > 0:
@@ -73,7 +75,7 @@ class SegmentFilter:
             self.max_error,
             math.sin(self.min_angle),
             self.copy_distance,
-            float(self.min_evidence),  # an int would be compiled for anew
+            self.min_evidence,
         )
         if removed == 0:
             return segments

@@ -6,8 +6,7 @@ import shutil
 import tempfile
 
 if "NUMBA_CACHE_DIR" not in os.environ:
-    # A kernel's cache does not see a change in a helper of another module: start from an empty
-    # one, shared with the processes that tests start.
+    # An empty one, so that all is compiled as it is; shared with the processes that tests start.
     _cache = tempfile.mkdtemp(prefix="laserfeatures-numba-")
     os.environ["NUMBA_CACHE_DIR"] = _cache
     atexit.register(shutil.rmtree, _cache, ignore_errors=True)

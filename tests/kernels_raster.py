@@ -17,16 +17,16 @@ def is_near(a, b, incidence):
     return _compiled(surfaces.is_near)(*a, *b, math.tan(incidence))
 
 
-def behind(points, m, way, other, sigma):
+def behind(points, m, way, other, sigma, baseline):
     """Return how far a point lies behind the surface beside point m, and the doubt."""
     live = np.arange(len(points))
-    return _compiled(surfaces.behind)(*_xy(points), live, m, way, other, sigma)
+    return _compiled(surfaces.behind)(*_xy(points), live, m, way, other, sigma, baseline)
 
 
-def contours(points, beams, live, incidence, sigma, max_missed):
+def contours(points, beams, live, incidence, sigma, baseline, max_missed):
     """Return the chains, as lists of points."""
     chained, ends = _compiled(surfaces.contours)(
-        *_xy(points), beams, live, math.tan(incidence), sigma, max_missed
+        *_xy(points), beams, live, math.tan(incidence), sigma, baseline, max_missed
     )
     return [chained[a:b].tolist() for a, b in pairwise(ends)]
 

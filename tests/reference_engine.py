@@ -22,8 +22,11 @@ def directions(points):
     return np.stack([points.ux, points.uy], axis=1)
 
 
-def order(scan):
-    """Twin of `in_order`: the beams that returned, and as counted on past the last in a ring."""
+def order(scan, first=None):
+    """Twin of `in_order`: the beams that returned, and as counted on past the last in a ring.
+
+    Where several steps are the widest but for rounding, it is cut before the beam `first`.
+    """
     beams = without_constant(scan)
     period = len(scan)
     if scan.ring == sequence.DOUBLED:
@@ -40,7 +43,9 @@ def order(scan):
         jumps = abs(s - r) > sequence.GRAZING * min(r, s) * turn
         a, b = r * scan.directions[before], s * scan.directions[beam]
         steps.append((bool(jumps), float(np.hypot(*(b - a)))))
-    start = steps.index(max(steps))
+    jumps, widest = max(steps)
+    ties = [m for m, step in enumerate(steps) if step[0] == jumps and step[1] > widest - 1e-9]
+    start = next((m for m in ties if beams[m] == first), ties[0])
     before, after = beams[:start], beams[start:]
     return after + before, after + [beam + period for beam in before]
 

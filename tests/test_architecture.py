@@ -14,7 +14,7 @@ FILES = sorted([*CORE.rglob("*.py"), *PLUGINS.rglob("*.py")])
 
 # Each may import what stands before it; those of one row do not know each other.
 LAYERS = [
-    ("errors", "arrays", "growing_file", "compiled"),
+    ("errors", "arrays", "growing_file", "compiled", "parameters"),
     ("scan", "optional"),
     ("data", "poses"),
     ("engine", "wheels"),
@@ -30,7 +30,7 @@ LAYERS = [
     ("__main__",),
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
-FOR_PLUGINS = {"arrays", "compiled", "data", "scan", "engine", "errors"}
+FOR_PLUGINS = {"arrays", "compiled", "data", "scan", "engine", "errors", "parameters"}
 HEAVY = {"numba", "cv2", "matplotlib", "rosbags", "scipy", "open3d", "serial", "click", "mujoco"}
 HEAVY |= {"evo", "pandas"}
 

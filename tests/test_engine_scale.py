@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from contract import CASES, every_extractor
+from contract import every_extractor
 from scenes import TURN, look, needs_compiler, random_room
 
 from laserfeatures import LaserScan
@@ -25,13 +25,6 @@ NOISES = {
         "roughness": 0.002,
     },
 }
-# Over 0.1 m, whatever the scale, two returns tell the direction of their surface in an image.
-pixels = pytest.mark.xfail(reason="surfaces.BASELINE is in metres")
-extractors = pytest.mark.parametrize(
-    "case",
-    [pytest.param(c, marks=pixels) if c.name == "kanade_tomasi" else c for c in CASES],
-    ids=str,
-)
 
 
 def stages(extractor):
@@ -82,7 +75,7 @@ def table(features, scale):
     return found
 
 
-@extractors
+@every_extractor
 @pytest.mark.parametrize("scale", [0.1, 10.0])
 @pytest.mark.parametrize("told", NOISES)
 def test_features_do_not_depend_on_the_unit_of_length(case, told, scale):

@@ -8,7 +8,7 @@ import pytest
 import reference_engine
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import chain, look, random_room
+from scenes import chain, look, needs_compiler, random_room
 
 from laserfeatures import LaserScan
 from laserfeatures.engine.partition import STRAY
@@ -69,6 +69,7 @@ def test_a_wall_is_the_line_of_least_squares(seed, noise, weighted):
         assert (row["points"], row["first"], row["last"]) == (len(mine), mine[0], mine[-1] + 1)
 
 
+@needs_compiler
 @pytest.mark.parametrize("theta", np.radians([-80, 0.5, 178]))
 def test_errors_of_walls_are_as_large_as_they_are_said_to_be(theta):
     rng = np.random.default_rng(9)

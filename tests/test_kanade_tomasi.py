@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from laserfeatures_plugins.raster import KanadeTomasi
 from recordings import DATA, RECORDINGS, needs_recordings
-from scenes import chain, look, poles, random_room, scan_of, wall
+from scenes import chain, look, needs_compiler, poles, random_room, scan_of, wall
 from scipy.optimize import linear_sum_assignment
 
 from laserfeatures import Pose2D, get_extractor, open_source
@@ -180,6 +180,7 @@ def rooms(request):
     return found
 
 
+@needs_compiler
 def test_corners_are_found_and_what_is_found_is_a_corner(rooms):
     true = hits = answers = right = 0
     for corners, in_sight, any_beam in rooms:
@@ -192,6 +193,7 @@ def test_corners_are_found_and_what_is_found_is_a_corner(rooms):
     assert right / answers > 0.95
 
 
+@needs_compiler
 def test_corners_are_where_they_are_and_their_ellipses_say_how_well_that_is_known(rooms):
     errors, inside = [], []
     for corners, in_sight, _ in rooms:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from recordings import DATA
+from scenes import needs_compiler
 
 import laserfeatures as lf
 from laserfeatures.data import LineSegments
@@ -41,6 +42,7 @@ def steps(noises, r):
     return np.exp(np.abs(np.diff(logs)))
 
 
+@needs_compiler
 @pytest.mark.parametrize(("sigma", "relative"), [(0.005, 0.0), (0.010, 0.0), (0.004, 0.008)])
 def test_it_settles_at_the_truth(sigma, relative):
     model, _ = fed(rooms(range_sigma=sigma, relative_sigma=relative))
@@ -50,6 +52,7 @@ def test_it_settles_at_the_truth(sigma, relative):
     assert noise.roughness < 0.001
 
 
+@needs_compiler
 def test_the_uncertainty_is_that_of_the_numbers():
     errors = []
     for k in range(12):
@@ -63,6 +66,7 @@ def test_the_uncertainty_is_that_of_the_numbers():
     assert 0 < model.uncertainty.roughness < 3e-3
 
 
+@needs_compiler
 def test_it_is_steady_where_single_scans_are_not():
     scans = rooms(120, scene=office, range_sigma=0.008, relative_sigma=0.002)
     _, noises = fed(scans)
@@ -83,6 +87,7 @@ def test_clutter_of_half_of_the_beams_changes_little():
     assert model.noise.at(2.0) == pytest.approx(0.010, rel=0.1)
 
 
+@needs_compiler
 @pytest.mark.parametrize("sigma", [0.0, 0.001, 0.008])
 def test_the_steps_of_quantised_ranges_count(sigma):
     fine = rooms(range_sigma=max(sigma, 1e-6))
@@ -91,6 +96,7 @@ def test_the_steps_of_quantised_ranges_count(sigma):
     assert model.noise.at(2.0) == pytest.approx(expected, rel=0.1)
 
 
+@needs_compiler
 def test_a_roughness_of_walls_is_told():
     rng = np.random.default_rng(2)
     scans = []
@@ -117,6 +123,7 @@ def test_a_scan_without_returns_changes_nothing(ranges):
     assert fresh.uncertainty.sigma == math.inf
 
 
+@needs_compiler
 def test_the_same_scans_give_the_same_noise_and_a_copy_goes_on_alike():
     scans = rooms(60)
     model, first = fed(scans[:30])
@@ -128,6 +135,7 @@ def test_the_same_scans_give_the_same_noise_and_a_copy_goes_on_alike():
     assert model.scans == 60
 
 
+@needs_compiler
 @pytest.mark.parametrize(("before", "after"), [(0.002, 0.010), (0.010, 0.002)])
 def test_a_sensor_that_changes_is_followed(before, after):
     model = NoiseModel(memory=30)
@@ -137,6 +145,7 @@ def test_a_sensor_that_changes_is_followed(before, after):
     assert model.noise.at(2.0) == pytest.approx(after, rel=0.15)
 
 
+@needs_compiler
 def test_it_takes_no_more_room_with_time():
     model, _ = fed(rooms(40))
     size = len(pickle.dumps(model))
@@ -200,6 +209,7 @@ def test_a_detector_that_takes_only_a_scan_goes_on_working():
     assert len(paper(scan, noise=RangeNoise(sigma=0.01)).lines) == len(paper(scan).lines)
 
 
+@needs_compiler
 @pytest.mark.skipif(not FLIRT.exists(), reason=f"{FLIRT} is missing")
 def test_it_is_steady_on_a_real_log():
     with lf.open_source(FLIRT) as source:

@@ -15,6 +15,7 @@ from laserfeatures.data import Pose2D
 from laserfeatures.engine import WallDetector
 
 PLAIN = {
+    "resolution": 0.02,
     "max_pole_radius": 0.4,
     "max_range": 30.0,
     "min_incidence": math.radians(5),

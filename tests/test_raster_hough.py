@@ -13,6 +13,7 @@ from scenes import (
     line_errors,
     look,
     nearest_line,
+    needs_compiler,
     random_room,
     scan_of,
     true_lines,
@@ -132,6 +133,7 @@ def test_a_wall_goes_on_beyond_what_is_drawn():
     tuple(map(int, cv2.__version__.split(".")[:2])) < hough.WEIGHTED,
     reason="this OpenCV cannot weigh votes",
 )
+@needs_compiler
 def test_a_blurred_image_has_the_same_walls():
     rng = np.random.default_rng(3)
     plain = get_extractor("raster_hough")
@@ -161,6 +163,7 @@ def rooms():
     return found
 
 
+@needs_compiler
 def test_walls_are_found_and_what_is_found_is_a_wall(rooms):
     true = hits = lines = right = 0
     for features, walls in rooms:
@@ -177,6 +180,7 @@ def test_walls_are_found_and_what_is_found_is_a_wall(rooms):
     assert right / lines > 0.98
 
 
+@needs_compiler
 def test_walls_are_measured_as_well_as_their_noise_lets_them_be(rooms):
     errors, inside = [], []
     for features, walls in rooms:

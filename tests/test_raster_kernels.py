@@ -17,8 +17,8 @@ from scenes import niche, niche_scan
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
 PLAIN = math.atan(surfaces.PLAIN)
 RESOLUTION = 0.02
-RULES = (surfaces.NOISES, surfaces.BASELINE)
 SIGMA = 0.008
+baselines = st.sampled_from([0.05, 0.1, 0.3])  # [m]
 
 
 @given(seeds, st.floats(0.02, 0.8))
@@ -28,22 +28,23 @@ def test_near_returns_are_as_the_twin_says(rng, incidence):
     assert kernels_raster.is_near(a, b, incidence) == reference_raster.is_near(a, b, incidence)
 
 
-@given(seeds, st.sampled_from([-1, 1]))
-def test_a_point_lies_behind_a_surface_as_the_twin_says(rng, way):
+@given(seeds, st.sampled_from([-1, 1]), baselines)
+def test_a_point_lies_behind_a_surface_as_the_twin_says(rng, way, baseline):
     points, _, _ = niche(rng)
     m, other = rng.choice(len(points), 2, replace=False)
-    found = kernels_raster.behind(points, m, way, other, 0.01)
-    expected = reference_raster.behind(points, m, way, other, 0.01, RULES)
+    found = kernels_raster.behind(points, m, way, other, 0.01, baseline)
+    expected = reference_raster.behind(points, m, way, other, 0.01, (surfaces.NOISES, baseline))
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
-@given(seeds, st.floats(0.03, 0.3), st.sampled_from([0.002, 0.02]), st.integers(0, 4))
-def test_surfaces_are_chained_as_the_twin_does(rng, incidence, sigma, max_missed):
+@given(seeds, st.floats(0.03, 0.3), st.sampled_from([0.002, 0.02]), baselines, st.integers(0, 4))
+def test_surfaces_are_chained_as_the_twin_does(rng, incidence, sigma, baseline, max_missed):
     points, beams, _ = niche(rng)
     live = np.flatnonzero(rng.random(len(points)) < 0.95)[: rng.integers(0, len(points))]
-    found = kernels_raster.contours(points, beams, live, incidence, sigma, max_missed)
+    found = kernels_raster.contours(points, beams, live, incidence, sigma, baseline, max_missed)
+    rules = surfaces.NOISES, baseline
     expected = reference_raster.contours(
-        points[live], beams[live], incidence, sigma, max_missed, PLAIN, RULES
+        points[live], beams[live], incidence, sigma, max_missed, PLAIN, rules
     )
     assert found == [live[chain].tolist() for chain in expected]
 

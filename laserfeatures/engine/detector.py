@@ -12,6 +12,7 @@ from laserfeatures.data import LaserScan, LineSegments
 from laserfeatures.engine.explain import explain, prepare
 from laserfeatures.engine.partition import COLUMNS
 from laserfeatures.engine.segments import line_segments
+from laserfeatures.parameters import settle
 
 if TYPE_CHECKING:
     from laserfeatures.noise_model import RangeNoise
@@ -48,8 +49,8 @@ class WallDetector:
     Raises
     ------
     ValueError
-        If a parameter is out of its range; at a scan, if `max_gap` is less than the way from beam
-        to beam.
+        If a parameter is of another type or out of its range; at a scan, if `max_gap` is less than
+        the way from beam to beam.
     """
 
     range_sigma: float | None = None
@@ -65,6 +66,7 @@ class WallDetector:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        settle(self)
         sigma, relative = self.range_sigma, self.range_sigma_relative
         if sigma is not None and not 0 < sigma <= 1:
             raise ValueError(f"range_sigma must be in (0, 1] m, got {sigma!r}")
@@ -116,15 +118,15 @@ class WallDetector:
 
     @cached_property
     def _noise(self) -> tuple[float, float, float]:
-        sigma = -1.0 if self.range_sigma is None else float(self.range_sigma)
-        return sigma, float(self.range_sigma_relative or 0.0), float(self.roughness or 0.0)
+        sigma = -1.0 if self.range_sigma is None else self.range_sigma
+        return sigma, self.range_sigma_relative or 0.0, self.roughness or 0.0
 
     @cached_property
     def _limits(self) -> tuple[int, int, float, float, int, bool]:
         """`Limits` as a plain tuple, which numba takes fast."""
         return (
-            int(self.min_points), int(self.max_missed), float(self.max_gap),
-            float(self.max_pole_radius), self.longest, self.roughness is not None,
+            self.min_points, self.max_missed, self.max_gap, self.max_pole_radius,
+            self.longest, self.roughness is not None,
         )  # fmt: skip
 
 

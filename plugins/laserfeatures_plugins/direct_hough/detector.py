@@ -70,7 +70,7 @@ class DirectHough(WallDetector):
 
     def propose(self, table: FloatArray) -> FloatArray:
         """Return the lines grown from the peaks of the votes."""
-        last = float(self.pair_distance), int(self.max_missed)
+        last = self.pair_distance, self.max_missed
         found: FloatArray = propose(table, *self._accumulator, *last)  # type: ignore[call-arg]
         return found
 
@@ -88,7 +88,7 @@ class DirectHough(WallDetector):
         return (
             np.cos(theta),
             np.sin(theta),
-            float(self.distance_step),
+            self.distance_step,
             np.zeros((theta.size, ROW), np.int32),
             np.zeros(1, np.int64),
         )

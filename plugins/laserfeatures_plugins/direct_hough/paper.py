@@ -1,7 +1,7 @@
 """The paper's literal algorithm: bins as lines, a fixed number of peaks, a fixed window."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +12,7 @@ from laserfeatures.arrays import IntArray
 from laserfeatures.data import LaserScan, Lines, LineSegments
 from laserfeatures.engine import kernel
 from laserfeatures.engine.segments import cut_segments
+from laserfeatures.parameters import is_whole, settle
 from laserfeatures_plugins.direct_hough.accumulator import Accumulator, accumulate, check_steps
 
 
@@ -67,11 +68,13 @@ class PaperHough:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        settle(self)
         check_steps(self.theta_step, self.distance_step)
-        if len(self.neighborhood) != 2 or any(v < 1 or v % 2 != 1 for v in self.neighborhood):
-            raise ValueError(
-                f"neighborhood must be two odd numbers of cells >= 1, got {self.neighborhood!r}"
-            )
+        window = self.neighborhood
+        cells = tuple(window) if isinstance(window, Iterable) else ()
+        if len(cells) != 2 or any(not is_whole(v) or v < 1 or v % 2 != 1 for v in cells):
+            raise ValueError(f"neighborhood must be two odd numbers of cells >= 1, got {window!r}")
+        object.__setattr__(self, "neighborhood", (int(cells[0]), int(cells[1])))
         for name in ("min_votes", "max_peaks"):
             if not getattr(self, name) >= 1:
                 raise ValueError(f"{name} must be >= 1, got {getattr(self, name)!r}")
@@ -123,8 +126,10 @@ def _find_peaks(
     """
     thetas, distances = votes.shape
     votes = votes.copy()
+    max_peaks = min(max_peaks, votes.size)
     rows = np.empty(max_peaks, np.int64)
     columns = np.empty(max_peaks, np.int64)
+    beside = min(window_theta // 2, thetas)  # by then it has gone over all rows, both ways round
     for peak in range(max_peaks):
         most = threshold - 1
         row = -1
@@ -139,7 +144,7 @@ def _find_peaks(
             return rows[:peak], columns[:peak]
         rows[peak] = row
         columns[peak] = column
-        for dt in range(-(window_theta // 2), window_theta // 2 + 1):
+        for dt in range(-beside, beside + 1):
             turns = (row + dt) // thetas
             middle = column if turns % 2 == 0 else distances - 1 - column
             low = max(0, middle - window_d // 2)

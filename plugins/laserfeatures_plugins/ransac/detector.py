@@ -1,7 +1,7 @@
 """The extractor `ransac`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from laserfeatures.arrays import FloatArray
@@ -47,7 +47,7 @@ class Ransac(WallDetector):
     window: int = 12
     confidence: float = 0.99
     max_trials: int = 200
-    seed: int = 0
+    seed: int = field(default=0, metadata={"bits": 63})
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -57,8 +57,6 @@ class Ransac(WallDetector):
         for name, least in (("window", 0), ("max_trials", 1), ("seed", 0)):
             if not getattr(self, name) >= least:
                 raise ValueError(f"{name} must be >= {least}, got {getattr(self, name)!r}")
-        if not (isinstance(self.seed, int) and self.seed < 2**63):
-            raise ValueError(f"seed must be a whole number under 2**63, got {self.seed!r}")
 
     def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> LineSegments:
         """Return the walls of `scan` and the segments seen of each."""
@@ -69,4 +67,4 @@ class Ransac(WallDetector):
     def propose(self, table: FloatArray) -> FloatArray:
         """Return the lines found one after another."""
         sampling = (self.window, math.log(1 - self.confidence), self.max_trials, self.seed)
-        return propose(table, sampling, int(self.max_missed))
+        return propose(table, sampling, self.max_missed)

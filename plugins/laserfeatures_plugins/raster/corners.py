@@ -12,6 +12,7 @@ import numpy as np
 from laserfeatures.arrays import BoolArray, FloatArray
 from laserfeatures.data import LaserScan, PointFeatures
 from laserfeatures.engine.explain import prepare
+from laserfeatures.parameters import settle
 from laserfeatures_plugins.raster.drawing import Blur, Image, Picture, draw
 from laserfeatures_plugins.raster.outline import Outline, outline
 from laserfeatures_plugins.raster.shape import WINDOW, distinct, structure, turns
@@ -120,6 +121,7 @@ class KanadeTomasi:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        settle(self)
         check_image(self.resolution, self.max_range, self.min_incidence)
         self._blur.check()
         if not self.blur:
@@ -138,13 +140,14 @@ class KanadeTomasi:
 
     def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> PointFeatures:
         """Return the corners of `scan`; `noise` is that of its ranges, where it is known."""
-        sigma, relative = -1.0 if self.range_sigma is None else float(self.range_sigma), 0.0
+        sigma, relative = -1.0 if self.range_sigma is None else self.range_sigma, 0.0
         if noise is not None and self.range_sigma is None:
             sigma, relative = noise.sigma, noise.relative
         limits = (scan.range_min, scan.range_max)
         table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, relative, 0.0)
         lines = outline(
             table,
+            resolution=self.resolution,
             max_pole_radius=self.max_pole_radius,
             max_range=self.max_range,
             min_incidence=self.min_incidence,

@@ -110,6 +110,7 @@ class RasterHough(WallDetector):
     def _outline(self, table: FloatArray) -> Outline:
         return outline(
             table,
+            resolution=self.resolution,
             max_pole_radius=self.max_pole_radius,
             max_range=self.max_range,
             min_incidence=self.min_incidence,

@@ -9,7 +9,7 @@ from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.engine import kernel
 from laserfeatures.engine.arcs import is_round
 from laserfeatures.engine.sequence import as_sequence
-from laserfeatures_plugins.raster.surfaces import contours
+from laserfeatures_plugins.raster.surfaces import BASELINE, contours
 
 
 class Outline(NamedTuple):
@@ -25,6 +25,7 @@ class Outline(NamedTuple):
 def outline(
     table: FloatArray,
     *,
+    resolution: float,
     max_pole_radius: float,
     max_range: float,
     min_incidence: float,
@@ -35,14 +36,24 @@ def outline(
     The parameters are those of the extractors.
     """
     points, ends, noise = surfaces_of(
-        table, float(max_pole_radius), float(max_range), math.tan(min_incidence), int(max_missed)
+        table,
+        BASELINE * resolution,
+        float(max_pole_radius),
+        float(max_range),
+        math.tan(min_incidence),
+        int(max_missed),
     )
     return Outline(table[0], table[1], points, ends, noise)
 
 
 @kernel
 def surfaces_of(
-    table: FloatArray, radius: float, max_range: float, slant: float, max_missed: int
+    table: FloatArray,
+    baseline: float,
+    radius: float,
+    max_range: float,
+    slant: float,
+    max_missed: int,
 ) -> tuple[IntArray, IntArray, float]:
     """Return the chains of each surface (see `contours`), and the noise [m].
 
@@ -66,5 +77,7 @@ def surfaces_of(
                     count += 1
         start = end
     noise = math.sqrt(noise / max(n, 1))
-    chains, ends = contours(points.x, points.y, beam, live[:count], slant, noise, max_missed)
+    chains, ends = contours(
+        points.x, points.y, beam, live[:count], slant, noise, baseline, max_missed
+    )
     return chains, ends, noise

@@ -9,7 +9,7 @@ from laserfeatures.engine import helper
 
 NOISES = 3.0  # standard deviations of the noise that may be mistaken for shape
 PLAIN = math.tan(math.radians(30))  # surfaces that are met at this angle or more need no other test
-BASELINE = 0.1  # [m]; over that length two returns tell the direction of their surface
+BASELINE = 5.0  # pixels; over that length two returns tell the direction of their surface
 
 
 @helper
@@ -20,6 +20,7 @@ def contours(
     live: IntArray,
     slant: float,
     sigma: float,
+    baseline: float,
     max_missed: int,
 ) -> tuple[IntArray, IntArray]:
     """Chain the points `live` of each surface; return the points and where each chain ends.
@@ -48,7 +49,7 @@ def contours(
             j = live[after]
             joined = beam[j] - beam[i] <= max_missed + 1 and is_near(x[i], y[i], x[j], y[j], PLAIN)
             if not joined:
-                after = next_on(x, y, beam, live, m, slant, sigma, max_missed)
+                after = next_on(x, y, beam, live, m, slant, sigma, baseline, max_missed)
                 joined = after > m
         m = after if joined else m + 1
     if chains > 0 and ends[chains - 1] == count - 1:
@@ -81,6 +82,7 @@ def next_on(
     m: int,
     slant: float,
     sigma: float,
+    baseline: float,
     max_missed: int,
 ) -> int:
     """Return the number of the next point on the surface of ``live[m]``, or -1.
@@ -94,10 +96,10 @@ def next_on(
         if beam[j] - beam[i] > max_missed + 1:
             break
         if n == m + 1:
-            if are_joined(x, y, live, m, n, slant, sigma):
+            if are_joined(x, y, live, m, n, slant, sigma, baseline):
                 return n
         elif is_near(x[i], y[i], x[j], y[j], PLAIN):
-            straight, _ = how_joined(x, y, live, m, n, sigma)
+            straight, _ = how_joined(x, y, live, m, n, sigma, baseline)
             if straight:
                 return n
     return -1
@@ -105,7 +107,14 @@ def next_on(
 
 @helper
 def are_joined(
-    x: FloatArray, y: FloatArray, live: IntArray, m: int, n: int, slant: float, sigma: float
+    x: FloatArray,
+    y: FloatArray,
+    live: IntArray,
+    m: int,
+    n: int,
+    slant: float,
+    sigma: float,
+    baseline: float,
 ) -> bool:
     """Tell whether two points of successive beams are on one surface.
 
@@ -121,13 +130,13 @@ def are_joined(
         return True
     if not is_near(x[i], y[i], x[j], y[j], slant):
         return False
-    straight, corner = how_joined(x, y, live, m, n, sigma)
+    straight, corner = how_joined(x, y, live, m, n, sigma, baseline)
     return straight or corner
 
 
 @helper
 def how_joined(
-    x: FloatArray, y: FloatArray, live: IntArray, m: int, n: int, sigma: float
+    x: FloatArray, y: FloatArray, live: IntArray, m: int, n: int, sigma: float, baseline: float
 ) -> tuple[bool, bool]:
     """Tell whether the surfaces at two points may be a straight one, and whether they meet between.
 
@@ -135,26 +144,33 @@ def how_joined(
     corner that recedes, or either behind it, one that juts out. At the edge of an object the point
     on what is hidden lies behind, and that on the object before the other's surface.
     """
-    first, doubt = behind(x, y, live, m, -1, live[n], sigma)
+    first, doubt = behind(x, y, live, m, -1, live[n], sigma, baseline)
     straight = abs(first) <= doubt
-    second, doubt = behind(x, y, live, n, 1, live[m], sigma)
+    second, doubt = behind(x, y, live, n, 1, live[m], sigma, baseline)
     straight = straight or abs(second) <= doubt
     return straight, (first > 0.0) == (second > 0.0)
 
 
 @helper
 def behind(
-    x: FloatArray, y: FloatArray, live: IntArray, m: int, way: int, other: int, sigma: float
+    x: FloatArray,
+    y: FloatArray,
+    live: IntArray,
+    m: int,
+    way: int,
+    other: int,
+    sigma: float,
+    baseline: float,
 ) -> tuple[float, float]:
     """Return how far a point lies behind the surface beside ``live[m]``, and the doubt in that.
 
     Negative is before the surface. Its direction is that from ``live[m]`` to the next point that is
-    `BASELINE` away, along the scan or (`way` -1) against it; with none the doubt is infinite.
+    `baseline` away, along the scan or (`way` -1) against it; with none the doubt is infinite.
     """
     i = live[m]
     k = m + way
     dx = dy = square = 0.0
-    while square < BASELINE * BASELINE:
+    while square < baseline * baseline:
         if not 0 <= k < live.size:
             return 0.0, math.inf
         dx = x[live[k]] - x[i]

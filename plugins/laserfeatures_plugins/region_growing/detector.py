@@ -24,4 +24,4 @@ class RegionGrowing(WallDetector):
 
     def propose(self, table: FloatArray) -> FloatArray:
         """Return the regions' lines."""
-        return propose(table, int(self.max_missed))
+        return propose(table, self.max_missed)

@@ -1,0 +1,64 @@
+"""What all parameters of extractors and stages are checked for alike: their types."""
+
+from dataclasses import fields
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+BITS = 31  # of a whole number, unless its field's metadata tell other "bits": OpenCV takes no more
+
+
+def settle(owner: Any) -> None:
+    """Check the fields of a dataclass by their annotations, and make them Python's own numbers.
+
+    So kernels are compiled for no other types, and NumPy's unsigned numbers cannot wrap. Fields of
+    any other type are the owner's business, and so are limits: they are checked next.
+
+    Raises
+    ------
+    ValueError
+        If a field is no whole number, no number, or neither true nor false, as it is to be.
+    """
+    for field in fields(owner):
+        value = getattr(owner, field.name)
+        if field.type is int:
+            value = whole(field.name, value, field.metadata.get("bits", BITS))
+        elif field.type is bool:
+            value = _truth(field.name, value)
+        elif field.type is float or (field.type == float | None and value is not None):
+            value = _number(field.name, value)
+        object.__setattr__(owner, field.name, value)  # it may be frozen
+
+
+def is_whole(value: object, bits: int = BITS) -> bool:
+    """Tell whether a value is a whole number of less than 2**bits; True and False are none."""
+    return not isinstance(value, bool) and isinstance(value, Integral) and int(value) < 2**bits
+
+
+def whole(name: str, value: Any, bits: int = BITS) -> int:
+    """Return a parameter as an int.
+
+    Raises
+    ------
+    ValueError
+        If it is no whole number, or too large.
+    """
+    if not is_whole(value, bits):
+        raise ValueError(f"{name} must be a whole number under 2**{bits}, got {value!r}")
+    return int(value)
+
+
+def _number(name: str, value: Any) -> float:
+    if not isinstance(value, bool) and isinstance(value, Real):
+        try:
+            return float(value)
+        except OverflowError:  # of an int of more digits than a float holds
+            pass
+    raise ValueError(f"{name} must be a number, got {value!r}")
+
+
+def _truth(name: str, value: Any) -> bool:
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise ValueError(f"{name} must be True or False, got {value!r}")
