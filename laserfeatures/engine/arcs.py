@@ -10,6 +10,9 @@ from laserfeatures.engine.sums import line_of
 SHORTEST_ARC = 4  # returns
 CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
+MANY = 16  # returns: of fewer, noise may hide the circle
+OUT_OF_ROUND = 0.2  # of the radius, that two of five returns may be off the circle of the others,
+NOISES = 6.0  # and standard deviations besides
 HOPELESS = 36.0  # chi squared of a return on the first fit: no better one makes it an arc
 CIRCLE_FITS = 8
 SETTLED = 1e-3  # of the radius: a step that changes no decision
@@ -23,6 +26,8 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float
     where little is seen of it. Objects that bulge towards the sensor are round up to `max_radius`
     [m], where `least` [rad] are seen of them; rooms may be round at any.
     """
+    if j - i >= MANY and not goes_round(points, i, j):
+        return math.inf
     w = mx = my = 0.0
     for m in range(i, j):
         weight = 1.0 / points.variance[m]
@@ -58,6 +63,28 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float
         return misfit
     cx, cy, radius = nearest_circle(points, i, j, cx, cy, radius)
     return min(misfit, circle_misfit(points, i, j, cx, cy, radius, max_radius, least))
+
+
+@leaf
+def goes_round(points: Sequence, i: int, j: int) -> bool:
+    """Tell whether five returns lie near one circle, those in between by the other three."""
+    m = (i + j - 1) // 2
+    ax = points.x[i] - points.x[m]
+    ay = points.y[i] - points.y[m]
+    bx = points.x[j - 1] - points.x[m]
+    by = points.y[j - 1] - points.y[m]
+    twice = 2.0 * (ax * by - ay * bx)
+    if twice == 0.0:
+        return False
+    cx = (by * (ax * ax + ay * ay) - ay * (bx * bx + by * by)) / twice
+    cy = (ax * (bx * bx + by * by) - bx * (ax * ax + ay * ay)) / twice
+    radius = math.sqrt(cx * cx + cy * cy)
+    slack = OUT_OF_ROUND * radius + NOISES * math.sqrt(points.variance[m])
+    for q in ((i + m) // 2, (m + j) // 2):
+        off = math.hypot(points.x[q] - points.x[m] - cx, points.y[q] - points.y[m] - cy)
+        if abs(off - radius) > slack:
+            return False
+    return True
 
 
 @leaf
