@@ -227,14 +227,16 @@ def end_wall(
         a += 1
         if age > limits.longest:
             continue
-        misfit, oblique = wall_misfit(sums, i, j)
-        through = cost[i] + misfit
-        if through + PRICE < cost[j]:
-            whole = through + PRICE + OBLIQUE * math.log(oblique)
-            if whole < cost[j]:
-                cost[j] = whole
-                start[j] = i
-                kind[j] = AS_WALL
+        through = cost[i]
+        if through + PRICE < cost[j]:  # else no wall from i can win yet, whatever its misfit
+            misfit, oblique = wall_misfit(sums, i, j)
+            through += misfit
+            if through + PRICE < cost[j]:
+                whole = through + PRICE + OBLIQUE * math.log(oblique)
+                if whole < cost[j]:
+                    cost[j] = whole
+                    start[j] = i
+                    kind[j] = AS_WALL
         if through >= cost[j]:
             continue  # whatever comes, a start at j does better
         if age > RECENT and jump[i] == 0.0:
