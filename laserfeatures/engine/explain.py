@@ -121,7 +121,8 @@ def explain(
         label, walls = settle(points, sums, lines, columns, RETURN_PRICE, limits)
     # 6. Part walls at their corners.
     for _ in range(PARTINGS):
-        part_at_corners(points, label, walls)
+        if part_at_corners(points, label, walls) == 0:
+            break
         fit_walls(points, label, walls, True)
     walls = walls[: prune(label, walls, limits.min_points)]
     # 7. Weigh evidence, inflate covariances.

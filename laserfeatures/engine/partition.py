@@ -239,15 +239,12 @@ def end_wall(
                     kind[j] = AS_WALL
         if through >= cost[j]:
             continue  # whatever comes, a start at j does better
-        if age > RECENT and jump[i] == 0.0:
-            if through >= cost[j] - BEHIND:
-                continue
-            step = 1
-            while age > RECENT:
-                age >>= 1
-                step <<= 1
-            if a > 1 and i & (step - 1) > 0:
-                continue
+        if (
+            age > RECENT
+            and jump[i] == 0.0
+            and (through >= cost[j] - BEHIND or (a > 1 and is_thinned_out(i, age)))
+        ):
+            continue
         starts[kept] = i
         kept += 1
     if kept == a:
@@ -257,6 +254,16 @@ def end_wall(
         kept += 1
         a += 1
     return kept
+
+
+@inlined
+def is_thinned_out(i: int, age: int) -> bool:
+    """Tell whether a start so many returns back goes: each time twice as many do."""
+    step = 1
+    while age > RECENT:
+        age >>= 1
+        step <<= 1
+    return i & (step - 1) > 0
 
 
 @leaf

@@ -166,40 +166,47 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
 
 
 @leaf
-def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> None:
-    """Part the returns of walls that meet by the bearing of their crossing.
+def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> int:
+    """Part the returns of walls that meet by the bearing of their crossing; return how many change.
 
     A beam hits the wall on its side of the corner, whatever its range errs by; to give a return to
     the nearer of both would choose the errors that each wall gets, and turn the short ones.
     """
     last = -1
+    changed = 0
     for i in range(label.size):
         if label[i] < 0:
             continue
         if last >= 0 and label[last] != label[i] and i - last <= MEETING:
-            part(points, label, walls, last, i)
+            changed += part(points, label, walls, last, i)
         last = i
+    return changed
 
 
 @leaf
-def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int) -> None:
-    """Part the returns of two walls, one up to the return `last`, the next from `first` on."""
+def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int) -> int:
+    """Part the returns of two walls, one up to the return `last`, the next from `first` on.
+
+    Returns how many change.
+    """
     a = label[last]
     b = label[first]
     one = walls[a]
     other = walls[b]
     det = one.c * other.s - one.s * other.c
     if abs(det) < LEAST_SINE:
-        return
+        return 0
     x = (one.d * other.s - other.d * one.s) / det
     y = (other.d * one.c - one.d * other.c) / det
     ahead = x * points.x[last] + y * points.y[last] > 0.0
     if not ahead or x * points.x[first] + y * points.y[first] <= 0.0:
-        return
+        return 0
+    changed = 0
     i = first - 1
     while i >= 0 and (label[i] == a or label[i] == STRAY) and x * points.uy[i] > y * points.ux[i]:
         if misfit(points, i, other.c, other.s, other.d) < INLIER:
             label[i] = b
+            changed += 1
         i -= 1
     i = last + 1
     while i < label.size and (label[i] == b or label[i] == STRAY):
@@ -207,7 +214,9 @@ def part(points: Sequence, label: IntArray, walls: Walls, last: int, first: int)
             break
         if misfit(points, i, one.c, one.s, one.d) < INLIER:
             label[i] = a
+            changed += 1
         i += 1
+    return changed
 
 
 @leaf
