@@ -25,8 +25,8 @@ from laserfeatures.evaluation.matching import match_lines
 from laserfeatures.simulation import Scanner
 from laserfeatures.sources.carmen_writer import write_carmen
 
-# Seeds of scenes and noise that no parameter was tuned on. Those from 60,000 on were looked at while
-# the engine was made, so that they are held out no more.
+# Seeds of scenes and noise that no parameter was tuned on. Those from 60,000 on were looked at when
+# the engine was made: they are held out no more.
 HELD_OUT = range(60_400, 60_800)
 TUNING = range(70_000, 70_400)  # seeds on which parameters may be tuned
 ORACLE = "oracle"
