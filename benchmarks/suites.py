@@ -214,8 +214,17 @@ def _methods(suite):
     """Return all extractors, and direct_hough told the noise."""
     from speed_all import all_extractors  # noqa: PLC0415 - it brings the peers
 
-    given = lf.get_extractor("direct_hough", range_sigma=suite.scanner.range_sigma)
+    given = lf.get_extractor("direct_hough", **told(suite))
     return {**all_extractors(), "direct_hough, given": given}
+
+
+def told(suite):
+    """Return what of the noise an extractor can be told."""
+    return {
+        "range_sigma": suite.scanner.range_sigma,
+        "range_sigma_relative": suite.scanner.relative_sigma,
+        "roughness": suite.rough,
+    }
 
 
 def as_logged(scans):
@@ -314,7 +323,7 @@ def main():
     parser.add_argument("--tune", action="store_true", help="the tuning seeds, not the held-out")
     parser.add_argument("--extractors", default="direct_hough", help="names, with commas, or all")
     parser.add_argument("--suites", default="", help="only those whose name contains this")
-    parser.add_argument("--told", action="store_true", help="tell the extractors the range noise")
+    parser.add_argument("--told", action="store_true", help="tell the extractors the noise")
     parser.add_argument("--smooth", action="store_true", help="roughness smooth along the wall")
     options = parser.parse_args()
     names = lf.list_extractors() if options.extractors == "all" else options.extractors.split(",")
@@ -325,8 +334,8 @@ def main():
         if options.suites not in suite.name:
             continue
         start = time.perf_counter()
-        told = {"range_sigma": suite.scanner.range_sigma} if options.told else {}
-        methods = {name: lf.get_extractor(name, **told) for name in names}
+        noise = told(suite) if options.told else {}
+        methods = {name: lf.get_extractor(name, **noise) for name in names}
         smoothed = smooth(suite) if options.smooth else suite
         rows += rows_of(suite, measure(smoothed, seeds, methods))
         print(f"{suite.name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
