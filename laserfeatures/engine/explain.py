@@ -185,7 +185,7 @@ def turned_columns(columns: IntArray, start: int, n: int) -> IntArray:
         out[0, count] = (columns[0, k] - start) % n
         out[1, count] = (columns[1, k] - 1 - start) % n + 1
         count += out[0, count] < out[1, count]
-    return out[:, :count]
+    return out[:, :count].copy()
 
 
 @leaf
