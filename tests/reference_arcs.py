@@ -110,6 +110,6 @@ def find_columns(points, label, walls, max_radius):
             at = column_from(points, label, walls, begin, max_radius)
         if at[0] < at[1]:
             found.append(at)
-            gone |= set(label[at[0] : at[1]].tolist()) - {STRAY}
+            gone |= {k for k in label[at[0] : at[1]].tolist() if k >= 0}
         begin = max(at[1], begin + 1)
-    return found, gone - {-2}
+    return found, gone

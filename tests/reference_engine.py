@@ -170,7 +170,7 @@ def partition_cost(points, lines, limits, price=PRICE, columns=()):
     `price` is that of a line that was proposed.
     """
     n = len(points.x)
-    whole = dict(reversed(pair) for pair in [*objects(points), *columns])
+    whole = [*objects(points), *columns]
     chi2 = np.array([chi_squared(points, each[:3]) for each in lines]).reshape(len(lines), n)
     near = np.array(
         [
@@ -194,9 +194,11 @@ def partition_cost(points, lines, limits, price=PRICE, columns=()):
             for i in range(max(0, j - limits.longest), j - limits.min_points + 1)
             if not len(lines) or doubt[j] - doubt[i] >= rules.DOUBT
         ]
-        if limits.max_pole_radius > 0 and j - whole.get(j, j) >= arcs.SHORTEST_ARC:
-            i = whole[j]
-            ends.append(cost[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius))
+        ends += [
+            cost[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
+            for i, end in whole
+            if end == j and j - i >= arcs.SHORTEST_ARC and limits.max_pole_radius > 0
+        ]
         cost.append(min(ends))
     return cost[-1]
 
@@ -212,17 +214,25 @@ def explanation_cost(points, label, lines, limits, price=PRICE, columns=()):
         elif k >= 0:
             chi2 = chi_squared(points, lines[k][:3])[i:j]
             cost += price + np.minimum(chi2, STRAY_PRICE).sum()
-    ends = dict([*objects(points), *columns])
-    i = 0
-    while i < len(label):
-        if label[i] != ARC:
-            i += 1
+    return cost + arcs_cost(points, label, sorted([*objects(points), *columns]), limits)
+
+
+def arcs_cost(points, label, whole, limits):
+    """Return what the round objects of an explanation cost: the cheapest that make them up."""
+    least = np.zeros(len(label) + 1)  # of those among the first returns
+    for j in range(1, len(label) + 1):
+        if label[j - 1] != ARC:
+            least[j] = least[j - 1]
             continue
-        j = ends[i]
-        assert (label[i:j] == ARC).all()
-        cost += ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
-        i = j
-    return cost
+        least[j] = min(
+            (
+                least[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
+                for i, end in whole
+                if end == j and (label[i:j] == ARC).all()
+            ),
+            default=math.inf,
+        )
+    return least[-1]
 
 
 def part_at_corners(points, label, lines):
