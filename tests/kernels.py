@@ -171,9 +171,7 @@ def partition(points, lines, limits, price=PRICE, round_objects=()):
     Lines as (c, s, d, first, last); round objects as where they begin and end.
     """
     label = np.full(points.x.size, -7, np.int64)
-    known = partitions.Candidates(
-        *np.ascontiguousarray(np.reshape(lines, (-1, 5)).T, dtype=float)
-    )
+    known = partitions.Candidates(*np.ascontiguousarray(np.reshape(lines, (-1, 5)).T, dtype=float))
     found = np.ascontiguousarray(np.reshape(round_objects, (-1, 2)).T, dtype=np.int64)
     of = _compiled(partitions.partition)
     return label, of(points, running_sums(points), known, found, price, limits, label)

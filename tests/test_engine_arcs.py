@@ -8,12 +8,12 @@ import pytest
 import reference_arcs
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import needs_compiler, scan_of, wall
+from scenes import chain, needs_compiler, scan_of, wall
 from scipy.optimize import least_squares
 
 from laserfeatures import LaserScan
 from laserfeatures.engine import arcs
-from laserfeatures.engine.columns import BOX, FEWEST, MOST
+from laserfeatures.engine.columns import FEWEST, MOST
 from laserfeatures.engine.partition import ARC, Limits
 
 SIGMA = 0.005
@@ -208,9 +208,8 @@ def test_a_column_larger_than_round_objects_are_is_none():
 @pytest.mark.parametrize("depth", [0.1, 0.2])
 def test_a_box_before_a_wall_is_no_column(depth, seed):
     corners = [(2, -2), (2, -0.2), (2 - depth, -0.2), (2 - depth, 0.2), (2, 0.2), (2, 2)]
-    scan = scan_of(*zip(corners, corners[1:], strict=False), sigma=SIGMA, seed=seed, beams=361)
+    scan = scan_of(*chain(*corners), sigma=SIGMA, seed=seed, beams=361)
     assert len(kernels.find_columns(*explained(scan), LARGEST)[0]) == 0
-    assert BOX > 0
 
 
 def test_a_round_object_that_is_proposed_needs_no_jump_at_its_ends():

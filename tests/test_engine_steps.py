@@ -89,7 +89,7 @@ def test_walls_are_parted_as_by_the_twin(seed):
 
 
 def parted(heights, **more):
-    """Return how the returns of one wall are labelled after it was parted: (label, count) of runs."""
+    """Return the runs (label, returns) of one wall after it was parted."""
     points = stepped(heights, **more)
     label = np.zeros(points.x.size, np.int64)
     label, found = kernels.part_at_steps(points, label, kernels.settled(points, label), MIN_POINTS)
