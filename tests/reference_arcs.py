@@ -32,7 +32,7 @@ def nearest_circle(points, i, j, centre, radius):
         # distance + unit * step is the new radius
         design = weight[:, None] * np.column_stack([away / distance[:, None], -np.ones(j - i)])
         x, y, more = np.linalg.lstsq(design, weight * (radius - distance), rcond=None)[0]
-        centre, radius = centre + (x, y), radius + more
+        centre, radius = centre + np.array([x, y]), radius + more
         if math.hypot(x, y) < arcs.SETTLED * (radius - more):
             break
     return centre, radius
