@@ -1,6 +1,7 @@
 """How many corners of a scan of a real log are found again in the next scan.
 
-Pairs are successive scans whose (corrected) poses are nearer than 0.5 m and 20 degrees. A corner of
+Pairs are successive scans whose (corrected) poses are nearer than 0.5 m and 20 degrees (``--near``,
+``--turn``: logs that were thinned out need 1 m and 35 degrees). A corner of
 scan A counts if it lies within 8 m of the sensor and within 80 degrees of its x axis, in A's frame
 and, put there by the poses, in B's. It is found again if a corner of B is within 0.2 m. "Again" is
 the share of them over all pairs; "chance" the same share where the corners of a scan half the log
@@ -15,7 +16,7 @@ joint 95 % ellipse. The same pose tells lines that are lost: of A's lines of whi
 5 cm of.
 
 ``python benchmarks/repeatability.py --extractors direct_hough,ransac [--logs flirt_mit-cscail]
-[--every k] [--range-sigma 0.01] [--model] [--curves]``
+[--every k] [--near 1] [--turn 35] [--range-sigma 0.01] [--model] [--curves]``
 """
 
 import argparse
@@ -37,7 +38,7 @@ from laserfeatures.poses import relative
 
 DATA = Path(__file__).parents[1] / "../shared/data/sick"
 LOGS = ("flirt_mit-cscail", "fr079_first_half")
-NEAR, TURN = 0.5, math.radians(20)  # of the two poses of a pair
+NEAR, TURN = 0.5, 20.0  # [m], [deg], of the two poses of a pair
 REACH, SIDE = 8.0, math.radians(80)  # of a corner from the sensor, and from its x axis
 GATE = 0.2  # [m], of a corner from the same one in the other scan
 ELLIPSE = 5.99  # squared Mahalanobis distance within which 95 % lie
@@ -64,6 +65,8 @@ class Log:
     name: str
     scans: list
     every: int = 1
+    near: float = NEAR
+    turn: float = TURN
 
     @cached_property
     def pairs(self):
@@ -72,7 +75,7 @@ class Log:
         for a in range(0, len(self.scans) - 1, self.every):
             before, after = self.scans[a].pose, self.scans[a + 1].pose
             to_b = relative(after, before)
-            if math.hypot(to_b.x, to_b.y) < NEAR and abs(to_b.theta) < TURN:
+            if math.hypot(to_b.x, to_b.y) < self.near and abs(to_b.theta) < math.radians(self.turn):
                 far = (a + 1 + len(self.scans) // 2) % len(self.scans)
                 found.append(Pair(a, a + 1, far, to_b))
         return found
@@ -293,7 +296,7 @@ def main():
     rows, chosen = [], []
     for each in options.logs.split(","):
         with lf.open_source(DATA / f"{each}.log.gz") as source:
-            log = Log(each, list(source), options.every)
+            log = Log(each, list(source), options.every, options.near, options.turn)
         for name in options.extractors.split(","):
             start = time.perf_counter()
             features = extracted(name, log.scans, options)
@@ -314,6 +317,8 @@ def _options():
     parser.add_argument("--extractors", default="direct_hough", help="names, with commas")
     parser.add_argument("--logs", default=",".join(LOGS), help="names, with commas")
     parser.add_argument("--every", type=int, default=1, help="take every k-th pair")
+    parser.add_argument("--near", type=float, default=NEAR, help="poses of a pair, at most [m]")
+    parser.add_argument("--turn", type=float, default=TURN, help="and turned by so much [deg]")
     parser.add_argument("--range-sigma", type=float, help="tell the extractors the noise [m]")
     parser.add_argument("--model", action="store_true", help="carry a model of the noise along")
     parser.add_argument("--curves", action="store_true", help="select by evidence and by sigma")

@@ -23,7 +23,18 @@ from PIL import Image
 import laserfeatures as lf
 from laserfeatures import figures
 from laserfeatures.compiled import kernel
-from laserfeatures.engine import explain, noise, partition, segments, sequence, sums, walls
+from laserfeatures.engine import (
+    certainty,
+    columns,
+    explain,
+    noise,
+    partition,
+    segments,
+    sequence,
+    steps,
+    sums,
+    walls,
+)
 from laserfeatures.engine.prices import PRICE, RETURN_PRICE
 from laserfeatures.simulation import Scanner, World
 
@@ -105,11 +116,14 @@ def tell():
     total = compiled(sums.running_sums)(points)
     explained = np.empty(points.x.size, np.int64)
     lines = partition.Candidates(*proposed)
-    compiled(partition.partition)(points, total, lines, PRICE, limits, explained)
+    none = np.empty((2, 0), np.int64)
+    compiled(partition.partition)(points, total, lines, none, PRICE, limits, explained)
     # 5
-    first = compiled(explain.settle)(points, total, proposed, PRICE, limits)
-    again = compiled(explain.as_proposed)(first[1], limits.min_points, 0)
-    label, found = compiled(explain.settle)(points, total, again, RETURN_PRICE, limits)
+    label, found = compiled(explain.settle)(points, total, proposed, none, PRICE, limits)
+    round_ = compiled(columns.find_columns)(points, label, found, limits.max_pole_radius)
+    found = compiled(steps.part_at_steps)(points, label, found, limits.min_points)
+    again = compiled(explain.as_proposed)(found, limits.min_points, 0)
+    label, found = compiled(explain.settle)(points, total, again, round_, RETURN_PRICE, limits)
     found = found.view(walls.WALL)  # numba forgets that fields are attributes
     settled = label.copy(), found.copy()
     # 6
@@ -119,9 +133,9 @@ def tell():
     parted = label.copy(), found.copy()
     # 7
     found = found[: compiled(walls.prune)(label, found, limits.min_points)]
-    compiled(walls.weigh_evidence)(points, label, found)
+    compiled(certainty.weigh_evidence)(points, label, found)
     before = found.copy()
-    compiled(walls.inflate_covariances)(points, found)
+    compiled(certainty.inflate_covariances)(points, found, limits.roughness_told)
     # 8
     cut = compiled(segments.cut_walls)(points, label, found, len(scan), limits)
     cut = segments.line_segments(cut)

@@ -205,8 +205,9 @@ def _evidence(extent: float, variance: float, gap: float, one: float, other: flo
     if not variance > 0.0:
         return weaker
     sigma = math.sqrt(variance)
-    place = math.log(0.5 * extent * extent / (sigma * (gap + sigma)))
-    return max(place + math.log(weaker) + 0.5 * math.log(max(one, other)), 0.0)
+    odds = 0.5 * extent * extent / (sigma * (gap + sigma))
+    odds *= weaker * math.sqrt(max(one, other))
+    return math.log(odds) if odds > 1.0 else 0.0
 
 
 @leaf

@@ -7,7 +7,17 @@ from laserfeatures_plugins.direct_hough import search, voting
 from laserfeatures_plugins.ransac import sampling
 
 from laserfeatures.compiled import kernel
-from laserfeatures.engine import arcs, certainty, noise, segments, sequence, sums, walls
+from laserfeatures.engine import (
+    arcs,
+    certainty,
+    columns,
+    noise,
+    segments,
+    sequence,
+    steps,
+    sums,
+    walls,
+)
 from laserfeatures.engine import partition as partitions
 from laserfeatures.engine.prices import PRICE
 
@@ -139,9 +149,14 @@ def line_of(*weighted):
     return _compiled(sums.line_of)(*weighted)
 
 
-def arc_misfit(points, i, j, max_radius):
+def arc_misfit(points, i, j, max_radius, least=arcs.CONVEX):
     """Return chi squared of the circle through returns i..j-1."""
-    return _compiled(arcs.arc_misfit)(points, i, j, float(max_radius))
+    return _compiled(arcs.arc_misfit)(points, i, j, float(max_radius), float(least))
+
+
+def nearest_circle(points, i, j, x, y, radius):
+    """Return the centre and radius of the circle nearest to returns, begun at another."""
+    return _compiled(arcs.nearest_circle)(points, i, j, float(x), float(y), float(radius))
 
 
 def is_round(points, i=0, j=None, max_radius=0.4):
@@ -150,13 +165,44 @@ def is_round(points, i=0, j=None, max_radius=0.4):
     return _compiled(arcs.is_round)(points, i, j, float(max_radius))
 
 
-def partition(points, lines, limits, price=PRICE):
-    """Return the labels of returns, and the number of walls; lines as (c, s, d, first, last)."""
+def partition(points, lines, limits, price=PRICE, round_objects=()):
+    """Return the labels of returns, and the number of walls.
+
+    Lines as (c, s, d, first, last); round objects as where they begin and end.
+    """
     label = np.full(points.x.size, -7, np.int64)
-    columns = np.ascontiguousarray(np.reshape(lines, (-1, 5)).T, dtype=float)
-    known = partitions.Candidates(*columns)
-    total = running_sums(points)
-    return label, _compiled(partitions.partition)(points, total, known, price, limits, label)
+    known = partitions.Candidates(*np.ascontiguousarray(np.reshape(lines, (-1, 5)).T, dtype=float))
+    found = np.ascontiguousarray(np.reshape(round_objects, (-1, 2)).T, dtype=np.int64)
+    of = _compiled(partitions.partition)
+    return label, of(points, running_sums(points), known, found, price, limits, label)
+
+
+def find_columns(points, label, found, max_radius):
+    """Return where columns begin and end, (K, 2), and how many points the walls keep."""
+    found = found.copy()
+    at = _compiled(columns.find_columns)(points, label, found, float(max_radius))
+    return at.T, found["points"]
+
+
+def column_from(points, label, found, begin, max_radius):
+    """Return the first and last return of the column whose first face begins at a return."""
+    return _compiled(columns.column_from)(points, label, found, begin, float(max_radius))
+
+
+def excursions(points, label, found):
+    """Return where the sum of each wall's offsets has its extremes, (K, 2)."""
+    return _compiled(steps.excursions)(points, label, found)
+
+
+def parts_of(points, label, found, at):
+    """Return the sums of each wall's returns before, between and after two of them, (K, 3)."""
+    return _compiled(steps.parts_of)(points, label, found, at)
+
+
+def part_at_steps(points, label, found, min_points):
+    """Return the labels after walls were parted at their steps, and the walls."""
+    label = label.copy()
+    return label, _compiled(steps.part_at_steps)(points, label, found.copy(), min_points)
 
 
 def fit_walls(points, label, lines=None):

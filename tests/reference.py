@@ -170,24 +170,31 @@ def corners(segments, stage):
             if np.linalg.eigvalsh(spread)[1] > stage.max_sigma**2:
                 continue
             real = all(reaches(point, spread, segments, k, stage.reach) for k in (a, b))
-            weaker = min(lines.evidence[a], lines.evidence[b])
-            evidence = corner_evidence(spread, weaker, far, segments.endpoints)
+            evidence = corner_evidence(point, spread, segments, (a, b), far)
             found.append((point, spread, (a, b), angle, real, evidence))
     return found
 
 
-def corner_evidence(spread, weaker, far, endpoints):
-    """Return how much likelier a corner is at its place than anywhere, by the weaker line's."""
-    if weaker == 0:
-        return 0.0
-    det = np.linalg.det(spread)
-    if det <= 0:
-        return weaker
+def corner_evidence(point, spread, segments, pair, far):
+    """Return how much likelier a corner is at its place than anywhere, by the evidence of both."""
+    weaker, stronger = sorted(segments.lines.evidence[list(pair)])
     if far == math.inf:
-        far = np.linalg.norm(endpoints, axis=-1).max(initial=0)
-    anywhere, here = math.pi * far**2, 2 * math.pi * math.sqrt(det)
-    odds = anywhere / here * math.sqrt(weaker)
+        far = np.linalg.norm(segments.endpoints, axis=-1).max(initial=0)
+    if weaker == 0 or far == 0:
+        return 0.0
+    sigma = math.sqrt(np.linalg.eigvalsh(spread)[1])
+    ends = segments.endpoints[np.isin(segments.line, pair)]
+    gap = min((distance_to(point, *piece) for piece in ends), default=math.inf)
+    anywhere, here = math.pi * far**2, 2 * math.pi * sigma * (gap + sigma)
+    odds = anywhere / here * weaker * math.sqrt(stronger)
     return math.log(odds) if odds > 1 else 0.0
+
+
+def distance_to(point, start, end):
+    """Return how far a point is from a segment."""
+    way = end - start
+    share = np.clip((point - start) @ way / max(way @ way, 1e-300), 0, 1)
+    return np.linalg.norm(point - start - share * way)
 
 
 def cast(walls, x, y, angle):

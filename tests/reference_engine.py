@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+from reference_arcs import arc_misfit
 
 from laserfeatures.engine import arcs, noise, sequence, walls
 from laserfeatures.engine import partition as rules
@@ -149,35 +150,6 @@ def wall_misfit(points, i, j):
     return chi2 / (1 + np.average(points.floor[members], weights=weight) * oblique), oblique
 
 
-def circle(points, i, j):
-    """Return centre and radius of the algebraic least-squares circle."""
-    at = xy(points)[i:j]
-    weight = 1 / np.sqrt(points.variance[i:j])
-    middle = at.mean(axis=0)
-    away = at - middle
-    # u^2 + v^2 = 2 cu u + 2 cv v + (r^2 - cu^2 - cv^2)
-    design = weight[:, None] * np.column_stack([2 * away, np.ones(j - i)])
-    solution = np.linalg.lstsq(design, weight * (away**2).sum(axis=1), rcond=None)[0]
-    return solution[:2] + middle, math.sqrt(solution[2] + solution[:2] @ solution[:2])
-
-
-def arc_misfit(points, i, j, max_radius):
-    """Twin of `arc_misfit`: chi squared of a circle, inf where too little of it is seen."""
-    at = xy(points)[i:j]
-    centre, radius = circle(points, i, j)
-    away = at - centre
-    bearing = np.arctan2(away[:, 1], away[:, 0])
-    middle = (j - i - 1) // 2
-    turns = bearing[[middle, -1]] - bearing[[0, middle]]
-    seen = abs((turns + math.pi) % (2 * math.pi) - math.pi).sum()
-    convex = np.linalg.norm(centre) > np.linalg.norm(at[middle])
-    if seen <= (arcs.CONVEX if convex else arcs.CONCAVE) or (convex and radius > max_radius):
-        return math.inf
-    cosine = (directions(points)[i:j] * away).sum(axis=1) / radius
-    off = np.linalg.norm(away, axis=1) - radius
-    return (off**2 / points.variance[i:j]).sum() / np.mean(cosine**2 + points.floor[i:j])
-
-
 def chi_squared(points, line_):
     """Return chi squared (P,) of returns on a line (c, s, d)."""
     c, s, d = line_
@@ -197,13 +169,13 @@ def objects(points):
     return list(pairwise(edges)) if len(points.x) else []
 
 
-def partition_cost(points, lines, limits, price=PRICE):
+def partition_cost(points, lines, limits, price=PRICE, columns=()):
     """Twin of `partition`: the least cost of an explanation, by trying each wall and object.
 
     `price` is that of a line that was proposed.
     """
     n = len(points.x)
-    whole = dict(reversed(pair) for pair in objects(points))
+    whole = [*objects(points), *columns]
     chi2 = np.array([chi_squared(points, each[:3]) for each in lines]).reshape(len(lines), n)
     near = np.array(
         [
@@ -227,14 +199,16 @@ def partition_cost(points, lines, limits, price=PRICE):
             for i in range(max(0, j - limits.longest), j - limits.min_points + 1)
             if not len(lines) or doubt[j] - doubt[i] >= rules.DOUBT
         ]
-        if limits.max_pole_radius > 0 and j - whole.get(j, j) >= arcs.SHORTEST_ARC:
-            i = whole[j]
-            ends.append(cost[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius))
+        ends += [
+            cost[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
+            for i, end in whole
+            if end == j and j - i >= arcs.SHORTEST_ARC and limits.max_pole_radius > 0
+        ]
         cost.append(min(ends))
     return cost[-1]
 
 
-def explanation_cost(points, label, lines, limits, price=PRICE):
+def explanation_cost(points, label, lines, limits, price=PRICE, columns=()):
     """Return what an explanation by labels costs."""
     cost = STRAY_PRICE * (label == STRAY).sum()
     edges = np.flatnonzero(np.diff(label, prepend=-9, append=-9))
@@ -245,11 +219,25 @@ def explanation_cost(points, label, lines, limits, price=PRICE):
         elif k >= 0:
             chi2 = chi_squared(points, lines[k][:3])[i:j]
             cost += price + np.minimum(chi2, STRAY_PRICE).sum()
-    for i, j in objects(points):
-        if label[i] == ARC:
-            assert (label[i:j] == ARC).all()
-            cost += ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
-    return cost
+    return cost + arcs_cost(points, label, sorted([*objects(points), *columns]), limits)
+
+
+def arcs_cost(points, label, whole, limits):
+    """Return what the round objects of an explanation cost: the cheapest that make them up."""
+    least = np.zeros(len(label) + 1)  # of those among the first returns
+    for j in range(1, len(label) + 1):
+        if label[j - 1] != ARC:
+            least[j] = least[j - 1]
+            continue
+        least[j] = min(
+            (
+                least[i] + ARC_PRICE + arc_misfit(points, i, j, limits.max_pole_radius)
+                for i, end in whole
+                if end == j and (label[i:j] == ARC).all()
+            ),
+            default=math.inf,
+        )
+    return least[-1]
 
 
 def part_at_corners(points, label, lines):

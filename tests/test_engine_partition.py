@@ -62,11 +62,11 @@ def some_lines(points, seed):
     return np.reshape(lines, (-1, 5))
 
 
-def excess(points, lines, limits, price=PRICE):
+def excess(points, lines, limits, price=PRICE, columns=()):
     """Return by how much an explanation costs more than the cheapest."""
-    label, _ = kernels.partition(points, lines, limits, price)
-    cost = reference_engine.explanation_cost(points, label, lines, limits, price)
-    return cost - reference_engine.partition_cost(points, lines, limits, price)
+    label, _ = kernels.partition(points, lines, limits, price, columns)
+    cost = reference_engine.explanation_cost(points, label, lines, limits, price, columns)
+    return cost - reference_engine.partition_cost(points, lines, limits, price, columns)
 
 
 @given(seeds, st.sampled_from([LIMITS, SHORT, LIMITS._replace(max_pole_radius=0.0)]))
@@ -84,6 +84,28 @@ def test_most_explanations_are_the_cheapest():
 def test_no_explanation_by_lines_and_walls_is_cheaper(seed, price):
     points = random_scene(seed)
     assert -1e-3 < excess(points, some_lines(points, seed), SHORT, price) < SLACK
+
+
+@given(seeds, st.sampled_from([LIMITS, LIMITS._replace(max_pole_radius=0.0)]))
+def test_no_explanation_with_columns_is_cheaper(seed, limits):
+    points = random_scene(seed)
+    rng = np.random.default_rng(seed)
+    n = len(points.x)
+    if n == 0:
+        return
+    ends = np.unique(rng.integers(1, n + 1, 3))  # at a return one column ends at the most
+    columns = [(int(rng.integers(0, end)), int(end)) for end in ends]
+    first = reference_engine.objects(points)[0]  # one ends at a jump, and begins within the object
+    if first[1] not in ends:
+        columns.append((int(rng.integers(*first)), first[1]))
+    assert -1e-3 < excess(points, NO_LINES, limits, columns=columns) < SLACK
+
+
+def test_a_column_before_a_jump_does_not_hide_the_whole_object():
+    points = kernels.weighed(poles((1.5, 0.3), beams=361))
+    n = points.x.size
+    label, _ = kernels.partition(points, NO_LINES, LIMITS, round_objects=[(n - 5, n)])
+    assert (label == ARC).all()
 
 
 @needs_compiler

@@ -189,9 +189,57 @@ def evidence_of(*evidence, spread=1e-6, **limits):
     return found
 
 
-def test_a_corner_is_the_more_evident_the_weaker_of_its_lines_is():
-    assert evidence_of(9.0, 4.0) == evidence_of(4.0, 9.0) == evidence_of(4.0, 4.0)
-    assert evidence_of(9.0, 4.0) - evidence_of(9.0, 1.0) == pytest.approx(math.log(2))
+def test_a_corner_is_the_more_evident_the_more_its_lines_are_the_weaker_twice_as_much():
+    assert evidence_of(9.0, 4.0) == evidence_of(4.0, 9.0)
+    assert evidence_of(9.0, 4.0) - evidence_of(9.0, 1.0) == pytest.approx(math.log(4))
+    assert evidence_of(9.0, 1.0) - evidence_of(4.0, 1.0) == pytest.approx(math.log(1.5))
+
+
+def test_the_evidence_of_a_corner_is_its_formula():
+    # Offsets at the corner (2, 1) have the variance spread (1 + along^2): 2 and 5 spreads.
+    sigma = math.sqrt(5e-6)
+    odds = 0.5 * 10.0**2 / sigma**2 * 4.0 * math.sqrt(9.0)
+    assert evidence_of(9.0, 4.0, max_distance=10.0) == pytest.approx(math.log(odds))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "gap"),
+    [
+        ((-1.0, 1.0), (-3.0, -2.5), 0.0),  # one holds it
+        ((-1.0, -0.4), (0.3, 1.3), 0.3),  # the nearer end counts
+        ((0.7, 1.0), (-3.0, -2.5), 0.7),
+    ],
+)
+def test_a_corner_that_no_wall_reaches_is_less_evident(first, second, gap):
+    def found(*pieces):
+        walls = right_angle(*pieces)
+        evident = replace(walls, lines=replace(walls.lines, evidence=[9.0, 4.0]))
+        return Intersections(max_distance=10.0)(evident).evidence[0]
+
+    sigma = math.sqrt(5e-6)
+    less = found((-1.0, 1.0), (-1.0, 1.0)) - found(first, second)
+    assert less == pytest.approx(math.log((gap + sigma) / sigma), abs=1e-9)
+
+
+def test_a_corner_of_lines_without_segments_has_no_evidence():
+    covariance = np.tile(np.diag([1e-6, 1e-6]), (3, 1, 1))
+    walls = segments_of(
+        [0.0, math.pi / 2, 1.0],
+        [2.0, 1.0, 5.0],
+        [(2, -1.0, 1.0, range(9), 0.01)],
+        covariance=covariance,
+        evidence=[9.0, 9.0, 9.0],
+    )
+    corners = Intersections()(walls)
+    assert corners.lines.tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert corners.evidence[0] == 0.0
+    assert (corners.evidence[1:] > 0.0).all()
+
+
+@pytest.mark.parametrize("spread", [0.0, math.nan, math.inf])
+def test_a_corner_whose_covariance_tells_nothing_is_as_evident_as_the_weaker_line(spread):
+    with np.errstate(invalid="ignore"):  # Python tells, where nothing is compiled
+        assert evidence_of(9.0, 4.0, spread=spread, max_sigma=math.inf) == 4.0
 
 
 def test_a_corner_is_the_more_evident_the_better_its_place_is_known():

@@ -112,6 +112,30 @@ def test_features_do_not_depend_on_where_a_full_turn_begins(name, beams, seed):
         assert_same(features, extractor(begun), 0.0, shift)
 
 
+def columns_in_walls(seed, beams):
+    """Return the ranges of a scan around a room with half columns and a face behind another."""
+    rng = np.random.default_rng(seed)
+    poles = [(2.6, rng.uniform(-0.9, 0.9), 0.3), (rng.uniform(-2, 1), 1.9, 0.2), (-3, 0.2, 0.45)]
+    outline = [(-3, -2.2), (0, -2.2), (0, -2.24), (2.6, -2.24), (2.6, 1.9), (-3, 1.9)]
+    world = World(walls=World.outline(outline).walls, poles=poles)
+    pose = lf.Pose2D(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-3, 3))
+    view = TURN * (beams - 1) / beams
+    return look(world, sigma=0.005, seed=seed, beams=beams, view=view, pose=pose)[0].ranges
+
+
+@every_wall_extractor
+@resolutions
+@rooms
+def test_columns_do_not_depend_on_where_a_full_turn_begins(name, beams, seed):
+    extractor = lf.get_extractor(name)
+    ranges = columns_in_walls(seed, beams)
+    features = extractor(around(ranges))
+    assert len(features.lines) >= 4
+    for shift in np.random.default_rng(seed).integers(1, beams, TURNS).tolist():
+        begun = around(np.roll(ranges, shift), -math.pi - shift * TURN / beams)
+        assert_same(features, extractor(begun), 0.0, shift)
+
+
 @every_wall_extractor
 @resolutions
 @rooms

@@ -39,7 +39,7 @@ def find_columns(points: Sequence, label: IntArray, walls: Walls, max_radius: fl
             if label[i] >= 0:
                 walls[label[i]].points = 0
         begin = last
-    return found[:, :count]
+    return found[:, :count].copy()  # so `settle` is compiled for one layout
 
 
 @leaf

@@ -6,7 +6,7 @@ The steps, with the numbers that docs/direct-hough.md gives them:
 2. estimate the noise, set returns that stand out alone aside
 3. propose lines (a detector's own work)
 4. explain all returns at the least cost: walls, arcs, strays
-5. fit the walls, merge collinear ones, explain again with them
+5. fit the walls, merge collinear ones, find columns, part walls at steps, explain again with them
 6. part the returns of walls that meet by the bearing of their corner, fit again
 7. weigh the evidence of each wall, inflate the covariances
 8. cut the lines into segments
@@ -186,7 +186,7 @@ def turned_columns(columns: IntArray, start: int, n: int) -> IntArray:
         out[0, count] = (columns[0, k] - start) % n
         out[1, count] = (columns[1, k] - 1 - start) % n + 1
         count += out[0, count] < out[1, count]
-    return out[:, :count]
+    return out[:, :count].copy()
 
 
 @leaf

@@ -123,13 +123,10 @@ def partition(
         alive += 1
         if j - starts[0] >= limits.min_points and doubt[j] - doubt[starts[0]] >= needed:
             alive = end_wall(sums, jump, limits, starts, alive, doubt, needed, j, cost, start, kind)
-        jumps = j == n or jump[j] > 0.0
-        since = column[j]
-        if since < 0 and jumps:
-            since = edge
-        if since >= 0:
-            end_arc(points, limits.max_pole_radius, since, j, cost, start, kind)
-        if jumps:
+        if column[j] >= 0:
+            end_arc(points, limits.max_pole_radius, column[j], j, cost, start, kind)
+        if j == n or jump[j] > 0.0:
+            end_arc(points, limits.max_pole_radius, edge, j, cost, start, kind)
             edge = j
     return trace(start, kind, line, known, label)
 
