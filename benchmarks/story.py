@@ -105,8 +105,8 @@ def tell():
     ordered = sequence.Sequence(
         *compiled(sequence.in_order)(scan.directions, scan.ranges, seen, scan.ring)
     )
-    told = compiled(noise.estimate_noise)(ordered)
-    compiled(sequence.weigh)(ordered, sequence.Noise(told[0], told[1], 0.0))
+    told = compiled(noise.estimate_noise)(ordered, sequence.Noise(-1.0, -1.0, -1.0))
+    compiled(sequence.weigh)(ordered, told)
     table = compiled(sequence.without_lone)(np.array(ordered))
     np.testing.assert_array_equal(table, detector.prepared(scan))
     points = sequence.Sequence(*table)

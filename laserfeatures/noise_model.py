@@ -107,7 +107,7 @@ class NoiseModel:
         if self.memory < 1:
             raise ValueError(f"memory must be >= 1 scan, got {memory!r}")
         self._keep = math.exp(-1.0 / self.memory)
-        self._cells = np.zeros((3, CELLS))
+        self._cells = np.zeros((4, CELLS))
         self._walls = np.zeros(6)  # sums over the scans of what `_shown` returns, and products
         self._weight = self._squares = 0.0  # sums of what each scan counts
         self._least = self._mean = 0.0  # weighted sums over the scans
@@ -153,7 +153,7 @@ class NoiseModel:
     def _settle(self, scan: LaserScan) -> None:
         """Estimate all anew; the walls of `scan` tell the roughness."""
         weight = self._weight
-        constant, growing, constant_error, growing_error = fit_cells(
+        constant, growing, constant_error, growing_error, lasting = fit_cells(
             self._cells, self._least / weight, self._mean / weight, self._squares / weight
         ).tolist()
         sigma = min(math.sqrt(constant), 1.0)
@@ -163,7 +163,7 @@ class NoiseModel:
         self._walls *= self._keep
         self._walls += (more, free, variance, more * more, more * free, free * free)
         square, square_error = self._excess()
-        roughness = min(math.sqrt(max(square - SURELY * square_error, 0.0)), 1.0)
+        roughness = min(math.sqrt(max(square - SURELY * square_error, lasting)), 1.0)
         self._noise = RangeNoise(sigma=sigma, relative=relative, roughness=roughness)
         self._uncertainty = Uncertainty(
             _error(sigma, constant_error), _error(relative, growing_error),
@@ -183,7 +183,7 @@ class NoiseModel:
 def noise_of(scan: LaserScan) -> RangeNoise:
     """Return the noise that a scan tells by itself, as a detector takes it without a model."""
     limits = (scan.range_min, scan.range_max)
-    _, told = prepare(scan.directions, scan.ranges, limits, scan.ring, -1.0, 0.0, 0.0)
+    _, told = prepare(scan.directions, scan.ranges, limits, scan.ring, -1.0, 0.0, -1.0)
     sigma, relative, roughness = told
     return RangeNoise(sigma=sigma, relative=relative, roughness=roughness)
 

@@ -125,12 +125,12 @@ def turned(points, start, period):
 
 
 def estimate_noise(points):
-    """Return sigma [m] and the relative noise."""
-    return _compiled(noise.estimate_noise)(points)[:2]
+    """Return sigma [m], the relative noise and the roughness [m]."""
+    return _compiled(noise.estimate_noise)(points, sequence.Noise(-1.0, -1.0, -1.0))
 
 
 def stretches(points):
-    """Return variance and mean squared range of stretches, the least one and the mean range."""
+    """Return variance, mean squared range and steps of stretches, the least and the mean range."""
     return _compiled(noise.stretches)(points)
 
 

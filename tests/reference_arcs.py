@@ -91,12 +91,11 @@ def column_from(points, label, walls, begin, max_radius):
         end = high
         while high < len(label) and follows[high]:
             high += 1
-        least = columns.BOX if count == 2 else 0.0
         saved = flat + STRAY_PRICE * (begin - low + high - end) - ARC_PRICE
-        if high - low < columns.FEWEST or saved < high - low + least:
+        if high - low < columns.FEWEST or saved < high - low + columns.MARGIN:
             continue
         saved -= arc_misfit(points, low, high, max_radius, columns.IN_WALL)
-        if saved > max(best, least):
+        if saved > max(best, columns.MARGIN):
             best, at = saved, (low, high)
     return at
 

@@ -282,6 +282,10 @@ def evidence(points, label, lines, k):
 
 
 def stretch_noise(points, i):
-    """Return the variance of the ranges of a stretch about its line [m^2]."""
-    unit = points._replace(variance=np.ones(len(points.x)))
-    return fit(unit, np.arange(i, i + noise.STRETCH))[2] / noise.FREEDOM
+    """Return the variance of the ranges of a stretch about its line [m^2], and von Neumann's ratio."""
+    stretch = slice(i, i + noise.STRETCH)
+    weight = np.hypot(points.x, points.y)[stretch]
+    seen = weight[:, None] * np.stack([points.x, points.y], axis=1)[stretch]
+    normal, *_ = np.linalg.lstsq(seen, weight, rcond=None)
+    error = weight - seen @ normal
+    return (error**2).sum() / noise.FREEDOM, (np.diff(error) ** 2).sum() / (error**2).sum()

@@ -6,10 +6,12 @@ import kernels
 import numpy as np
 import pytest
 import reference_engine
-from scenes import TURN, look, random_room
+from scenes import TURN, look, needs_compiler, random_room
+from scipy.signal import lfilter
 
 from laserfeatures import LaserScan, Pose2D
 from laserfeatures.engine import noise
+from laserfeatures.engine.detector import WallDetector
 from laserfeatures.simulation import World
 
 ROOM = World.outline([(-3, -2.2), (5, -2.2), (5, 3.5), (-3, 3.5)])
@@ -17,7 +19,7 @@ ROOM = World.outline([(-3, -2.2), (5, -2.2), (5, 3.5), (-3, 3.5)])
 
 def estimated(scan):
     """Return sigma [m] and the relative noise of a scan."""
-    return kernels.estimate_noise(kernels.weighed(scan, 1.0))
+    return kernels.estimate_noise(kernels.weighed(scan, 1.0))[:2]
 
 
 def deviations(found, ranges=(1.0, 3.0, 6.0)):
@@ -106,15 +108,65 @@ def test_nothing_but_clutter_is_noise():
 
 def test_a_stretch_shows_its_scatter_about_its_line():
     points = kernels.weighed(a_room(4, 0.005), 1.0)
-    variance, square, least, mean = kernels.stretches(points)
+    variance, square, steps, least, mean = kernels.stretches(points)
     every = noise.STRETCH
-    assert len(variance) == len(square) == 720 // every
+    assert len(variance) == len(square) == len(steps) == 720 // every
     for k in range(0, len(variance), 7):
-        expected = reference_engine.stretch_noise(points, k * every)
+        expected, ratio = reference_engine.stretch_noise(points, k * every)
         assert variance[k] == pytest.approx(max(expected, least), rel=1e-6)
+        assert steps[k] == pytest.approx(ratio, rel=1e-6)
         stretch = slice(k * every, (k + 1) * every)
         assert square[k] == pytest.approx(np.mean(points.x[stretch] ** 2 + points.y[stretch] ** 2))
     assert mean == pytest.approx(np.hypot(points.x, points.y).mean())
+
+
+def lasting(scan, sigma, keep, seed):
+    """Return a scan with errors of `sigma` of which each beam keeps the share `keep` of the last."""
+    rng = np.random.default_rng(seed)
+    fresh = rng.normal(0.0, sigma * math.sqrt(1 - keep**2), len(scan))
+    errors = lfilter([1.0], [1.0, -keep], fresh)
+    return LaserScan(angles=scan.angles, ranges=scan.ranges + errors, range_max=30.0)
+
+
+def test_independent_errors_show_the_ratio_of_von_neumann():
+    points = [kernels.weighed(a_room(seed, 0.005), 1.0) for seed in range(40)]
+    ratios = np.concatenate([kernels.stretches(each)[2] for each in points])
+    assert np.median(ratios) == pytest.approx(noise.INDEPENDENT, rel=0.02)
+    assert np.std(ratios) == pytest.approx(noise.SCATTER, rel=0.1)
+
+
+@pytest.mark.parametrize(("sigma", "relative"), [(0.005, 0.0), (0.01, 0.0), (0.004, 0.008)])
+def test_independent_errors_are_no_roughness(sigma, relative):
+    rough = [
+        kernels.estimate_noise(kernels.weighed(a_room(seed, sigma, relative, beams), 1.0))[2]
+        for seed in range(50)
+        for beams in (90, 181, 720)
+    ]
+    assert np.mean(np.array(rough) > 0) < 0.02
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01, 0.03])
+def test_steps_of_the_sensor_are_no_roughness(step):
+    for seed in range(20):
+        scan = a_room(seed, 0.0)
+        coarse = LaserScan(
+            angles=scan.angles, ranges=step * np.round(scan.ranges / step), range_max=30.0
+        )
+        assert kernels.estimate_noise(kernels.weighed(coarse, 1.0))[2] < step / 10
+
+
+@needs_compiler
+def test_errors_that_last_do_not_part_walls():
+    white, last, plain = [], [], []
+    for seed in range(20):
+        exact = a_room(seed, 0.0)
+        scan = lasting(exact, 0.01, 0.97, seed)
+        assert 0.005 < kernels.estimate_noise(kernels.weighed(scan, 1.0))[2] < 0.05
+        white.append(len(WallDetector()(lasting(exact, 0.01, 0.0, seed)).lines))
+        last.append(len(WallDetector()(scan).lines))
+        plain.append(len(WallDetector(roughness=0.0)(scan).lines))
+    assert np.mean(plain) > 3 * np.mean(white)
+    assert np.mean(last) < 1.5 * np.mean(white)
 
 
 def test_the_noise_does_not_depend_on_where_the_scan_looks():

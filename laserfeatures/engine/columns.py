@@ -13,8 +13,8 @@ from laserfeatures.engine.walls import Walls
 FACES = 4  # that a column is taken for, at the most
 FEWEST = 12  # returns of a column without a jump on either side: fewer fit any circle,
 MOST = 96  # and of what is tried: time
-IN_WALL = 1.0  # [rad] of it that must be seen
-BOX = 20.0  # that a column must save where two walls explain it, too: they may be a box
+IN_WALL = 1.8  # [rad] of it that must be seen: boxes and edges of real walls look round over less
+MARGIN = 20.0  # that a column must save: its faces may be those of a box
 
 
 @helper
@@ -53,7 +53,7 @@ def column_from(
     n = label.size
     end = first = last = begin
     flat = most = 0.0
-    for face in range(FACES):
+    for _ in range(FACES):
         k = label[end] if end < n else STRAY
         if k < 0 or walls[k].first != end or walls[k].last - begin > MOST:
             break
@@ -65,12 +65,11 @@ def column_from(
         high = end
         while high < n and label[high] == STRAY and points.jump[high] == 0.0:
             high += 1
-        least = BOX if face == 1 else 0.0
         saved = flat + STRAY_PRICE * (begin - low + high - end) - ARC_PRICE
-        if high - low < FEWEST or saved < high - low + least:  # a circle would not be much better
+        if high - low < FEWEST or saved < high - low + MARGIN:  # a circle would not be much better
             continue
         saved -= arc_misfit(points, low, high, max_radius, IN_WALL)
-        if saved > max(most, least):
+        if saved > max(most, MARGIN):
             most = saved
             first = low
             last = high

@@ -119,7 +119,8 @@ class WallDetector:
     @cached_property
     def _noise(self) -> tuple[float, float, float]:
         sigma = -1.0 if self.range_sigma is None else self.range_sigma
-        return sigma, self.range_sigma_relative or 0.0, self.roughness or 0.0
+        roughness = -1.0 if self.roughness is None else self.roughness
+        return sigma, self.range_sigma_relative or 0.0, roughness
 
     @cached_property
     def _limits(self) -> tuple[int, int, float, float, int, bool]:

@@ -62,16 +62,15 @@ def prepare(
 ) -> tuple[FloatArray, tuple[float, float, float]]:
     """Return the table of a scan's returns, and its noise (sigma, relative, roughness).
 
-    A negative `sigma` stands for unknown: it is estimated.
+    A negative `sigma` or `roughness` is unknown: it is estimated.
     """
     # 1. Order the returns.
     table = in_order(directions, ranges, limits, ring)
     points = as_sequence(table)
     # 2. Estimate the noise.
     noise = Noise(sigma, relative, roughness)
-    if sigma < 0.0:
-        seen = estimate_noise(points)
-        noise = Noise(seen.sigma, seen.relative, roughness)
+    if sigma < 0.0 or roughness < 0.0:
+        noise = estimate_noise(points, noise)
     weigh(points, noise)
     return without_lone(table), (noise.sigma, noise.relative, noise.roughness)
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.compiled import helper, kernel
-from laserfeatures.engine.noise import FEWEST, LOW, UNKNOWN, WIDTH, fit_noise, stretches
+from laserfeatures.engine.noise import FEWEST, LOW, UNKNOWN, WIDTH, fit_noise, lasting_errors, stretches
 from laserfeatures.engine.sequence import as_sequence, in_order
 
-COUNT, VARIANCE, SQUARE = range(3)  # rows of the cells: so many stretches, and sums over them
+COUNT, VARIANCE, SQUARE, STEPS = range(4)  # rows of the cells: so many stretches, and sums over them
 VARIANCES = (1e-10, 0.2, 120)  # [m^2]: least, logarithm of the ratio of two cells, how many
 SQUARES = (1e-4, 0.5, 40)  # [m^2]
 CELLS = VARIANCES[2] * SQUARES[2]
@@ -37,7 +37,7 @@ def gather(
     cells: FloatArray,
     keep: float,
 ) -> tuple[int, float, float]:
-    """Add the stretches of a scan to the cells (3, CELLS), which first forget all but `keep`.
+    """Add the stretches of a scan to the cells (4, CELLS), which first forget all but `keep`.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def gather(
         The mean range [m].
     """
     points = as_sequence(in_order(directions, ranges, limits, ring))
-    variance, square, least, mean = stretches(points)
+    variance, square, steps, least, mean = stretches(points)
     if variance.size == 0:
         return 0, least, mean
     cells *= keep
@@ -58,6 +58,7 @@ def gather(
         cells[COUNT, cell] += 1.0
         cells[VARIANCE, cell] += variance[k]
         cells[SQUARE, cell] += square[k]
+        cells[STEPS, cell] += steps[k]
     return variance.size, least, mean
 
 
@@ -67,7 +68,7 @@ def fit_cells(cells: FloatArray, least: float, mean: float, alike: float) -> Flo
 
     Parameters
     ----------
-    cells : (3, CELLS) array
+    cells : (4, CELLS) array
         What `gather` gathered.
     least, mean : float
         Of the scans: the least variance [m^2], the mean range [m].
@@ -78,16 +79,18 @@ def fit_cells(cells: FloatArray, least: float, mean: float, alike: float) -> Flo
     count = cells[COUNT][used]
     variance = cells[VARIANCE][used] / count
     square = cells[SQUARE][used] / count
+    steps = cells[STEPS][used] / count
     if count.sum() < FEWEST:
         unknown = max((UNKNOWN * mean) ** 2, least)
-        return np.array([unknown, 0.0, unknown, math.inf])
+        return np.array([unknown, 0.0, unknown, math.inf, 0.0])
     begin = low_quantile(variance, count)
     constant, growing = fit_noise(variance, square, count, begin, least)
     errors = fit_errors(variance, square, count, constant, growing)
     floor = least * PURE
     found = np.array([max(constant, floor), growing, errors[0] * alike, errors[1] * alike])
     found[2:] = np.sqrt(found[2:])
-    return found / PURE
+    lasting = lasting_errors(variance, square, steps, count, constant, growing)
+    return np.append(found, lasting) / PURE
 
 
 @helper

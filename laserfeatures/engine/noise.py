@@ -16,46 +16,94 @@ FAR = 8.0  # times as far from its neighbours as they from each other is a stray
 ROUNDS = 6  # of reweighting
 WIDTH = 1.5  # log of the ratio by which a stretch's variance may be off and still count
 FINEST = 1e-4  # of the mean range: no sensor is better
+COARSE = 2.0  # times the variance of counting: less may be the steps in which the sensor counts
 UNKNOWN = 3e-3  # of the mean range: taken where there is too little to tell
+# Where errors are independent, the squared steps from one to the next are 16 / 7 of the squared
+# errors about a line through eight (von Neumann 1941), with this scatter.
+INDEPENDENT, SCATTER = 16.0 / 7.0, 0.64
+LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
+LASTING = 160.0  # variance of errors that last, in those of a range, for a likeness of 1
 
 
 @helper
-def estimate_noise(points: Sequence) -> Noise:
-    """Estimate the noise of a scan from what its flat stretches show.
+def estimate_noise(points: Sequence, known: Noise) -> Noise:
+    """Estimate the noise of a scan from what its flat stretches show; what is known is not negative.
 
     The variances of stretches on walls gather round sigma^2 + (relative r)^2; those of all others
     lie above, anywhere. A fit by weights that fall to nothing (Tukey's biweight of the logarithm),
     begun at a low quantile, settles on the former.
     """
-    variance, square, least, mean = stretches(points)
+    variance, square, steps, least, mean = stretches(points)
+    sigma, relative, roughness = known.sigma, known.relative, known.roughness
     if variance.size < FEWEST:
-        return Noise(max(UNKNOWN * mean, math.sqrt(least)), 0.0, 0.0)
-    begin = float(np.partition(variance, int(LOW * variance.size))[int(LOW * variance.size)])
-    constant, growing = fit_noise(variance, square, np.ones(variance.size), begin, least)
-    return Noise(math.sqrt(constant), math.sqrt(growing), 0.0)
+        if sigma < 0.0:
+            sigma, relative = max(UNKNOWN * mean, math.sqrt(least)), 0.0
+        return Noise(sigma, relative, max(roughness, 0.0))
+    one = np.ones(variance.size)
+    if sigma < 0.0:
+        begin = float(np.partition(variance, int(LOW * variance.size))[int(LOW * variance.size)])
+        constant, growing = fit_noise(variance, square, one, begin, least)
+        sigma, relative = math.sqrt(constant), math.sqrt(growing)
+    if roughness < 0.0:
+        lasting = lasting_errors(variance, square, steps, one, sigma**2, relative**2)
+        roughness = math.sqrt(lasting)
+    return Noise(sigma, relative, roughness)
+
+
+@leaf
+def lasting_errors(
+    variance: FloatArray,
+    square: FloatArray,
+    steps: FloatArray,
+    count: FloatArray,
+    constant: float,
+    growing: float,
+) -> float:
+    """Return the variance of errors that last over many returns [m^2], told from their likeness.
+
+    The errors of independent ranges step from each to the next; those of neighbours that a sensor
+    smooths or interpolates do so less, and stray the farther over a long wall.
+    """
+    n = ratio = noise = 0.0
+    for k in range(variance.size):
+        expected = constant + growing * square[k]
+        if abs(math.log(variance[k] / expected)) < WIDTH:
+            n += count[k]
+            ratio += count[k] * steps[k]
+            noise += count[k] * expected
+    if n == 0.0:
+        return 0.0
+    likeness = 1.0 - (ratio / n + SCATTER / math.sqrt(n)) / INDEPENDENT  # less a standard error
+    return LASTING * max(likeness - LIKENESS, 0.0) * noise / n
 
 
 @helper
-def stretches(points: Sequence) -> tuple[FloatArray, FloatArray, float, float]:
-    """Return what each stretch shows: variance and mean squared range; the least; the mean range.
+def stretches(
+    points: Sequence,
+) -> tuple[FloatArray, FloatArray, FloatArray, float, float]:
+    """Return what each stretch shows: variance, mean squared range and steps; the least; the mean.
 
     The variance is that of the ranges about the best line (see `sums`). It is at least that of the
-    steps in which the sensor counts.
+    steps in which the sensor counts; the mean is that of the ranges.
     """
     n = points.x.size
     every = STRETCH if n >= 12 * STRETCH else STRETCH // 2
     variance = np.empty(n // every + 1)
     square = np.empty(n // every + 1)
+    steps = np.empty(n // every + 1)
     steady = np.arange(n)
     count = without_strays(points.x, points.y, steady)
-    least, mean = least_and_mean(points)
-    count = scatters(points, steady[:count], every, least, variance, square)
-    return variance[:count], square[:count], least, mean
+    counting, mean = counting_and_mean(points)
+    least = max((FINEST * mean) ** 2, counting)
+    count = scatters(points, steady[:count], every, counting, variance, square, steps)
+    for k in range(count):
+        variance[k] = max(variance[k], least)
+    return variance[:count], square[:count], steps[:count], least, mean
 
 
 @leaf
-def least_and_mean(points: Sequence) -> tuple[float, float]:
-    """Return the least variance of the ranges, and their mean."""
+def counting_and_mean(points: Sequence) -> tuple[float, float]:
+    """Return the variance by the steps in which the sensor counts ranges, and their mean."""
     n = points.x.size
     total = before = 0.0
     resolution = math.inf
@@ -66,11 +114,8 @@ def least_and_mean(points: Sequence) -> tuple[float, float]:
         if 1e-9 * r < change < resolution:
             resolution = change
         before = r
-    mean = total / max(n, 1)
-    least = (FINEST * mean) ** 2
-    if n > 1:
-        least = max(least, resolution * resolution / 12.0)
-    return least, mean
+    counting = resolution * resolution / 12.0 if n > 1 and resolution < math.inf else 0.0
+    return counting, total / max(n, 1)
 
 
 @leaf
@@ -78,19 +123,22 @@ def scatters(
     points: Sequence,
     steady: IntArray,
     every: int,
-    least: float,
+    counting: float,
     variance: FloatArray,
     square: FloatArray,
+    steps: FloatArray,
 ) -> int:
     """Fill in what the stretches of the `steady` returns show; return how many tell something."""
     count = 0
     for i in range(0, steady.size - STRETCH + 1, every):
         if points.beam[steady[i + STRETCH - 1]] - points.beam[steady[i]] >= STRETCH + MISSED:
             continue
-        misfit, weight = scatter(points, steady[i : i + STRETCH])
+        misfit, weight, stepping = scatter(points, steady[i : i + STRETCH])
         if misfit >= 0.0:
-            variance[count] = max(misfit / FREEDOM, least)
+            variance[count] = misfit / FREEDOM
+            told = variance[count] > COARSE * counting
             square[count] = weight / STRETCH
+            steps[count] = stepping / misfit if told else INDEPENDENT
             count += 1
     return count
 
@@ -129,8 +177,8 @@ def without_strays(x: FloatArray, y: FloatArray, kept: IntArray) -> int:
 
 
 @leaf
-def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float]:
-    """Return the sum of squared range errors of a stretch about its line, and of its ranges.
+def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float, float]:
+    """Return the sums of squared range errors of a stretch about its line, ranges and their steps.
 
     The first is -1 where the returns are in line with the sensor.
     """
@@ -147,9 +195,21 @@ def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float]:
         syy += square * y * y
     det = sxx * syy - sxy * sxy
     if det <= 1e-12 * sxx * syy:
-        return -1.0, w
-    explained = (sx * (sx * syy - sy * sxy) + sy * (sy * sxx - sx * sxy)) / det
-    return max(w - explained, 0.0), w
+        return -1.0, w, 0.0
+    a = (sx * syy - sy * sxy) / det
+    b = (sy * sxx - sx * sxy) / det
+    misfit = stepping = before = 0.0
+    first = True
+    for m in stretch:
+        x = points.x[m]
+        y = points.y[m]
+        error = math.sqrt(x * x + y * y) * (1.0 - a * x - b * y)
+        misfit += error * error
+        if not first:
+            stepping += (error - before) ** 2
+        before = error
+        first = False
+    return misfit, w, stepping
 
 
 @leaf
