@@ -282,7 +282,7 @@ def evidence(points, label, lines, k):
 
 
 def stretch_noise(points, i):
-    """Return the variance of the ranges of a stretch about its line [m^2], and von Neumann's ratio."""
+    """Return the variance of a stretch's ranges about its line [m^2], and von Neumann's ratio."""
     stretch = slice(i, i + noise.STRETCH)
     weight = np.hypot(points.x, points.y)[stretch]
     seen = weight[:, None] * np.stack([points.x, points.y], axis=1)[stretch]

@@ -147,7 +147,7 @@ def explained(scan, sigma=SIGMA):
 @pytest.mark.parametrize("largest", [LARGEST, 0.3, 0.0])
 def test_columns_are_those_of_the_twin(largest):
     count = 0
-    for seed in range(60):
+    for seed in range(100):
         points, label, walls = explained(column_scene(seed))
         found, left = kernels.find_columns(points, label, walls, largest)
         expected, gone = reference_arcs.find_columns(points, label, walls, largest)

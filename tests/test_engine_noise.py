@@ -121,7 +121,7 @@ def test_a_stretch_shows_its_scatter_about_its_line():
 
 
 def lasting(scan, sigma, keep, seed):
-    """Return a scan with errors of `sigma` of which each beam keeps the share `keep` of the last."""
+    """Return a scan with errors of `sigma`, each of which keeps the share `keep` of the last."""
     rng = np.random.default_rng(seed)
     fresh = rng.normal(0.0, sigma * math.sqrt(1 - keep**2), len(scan))
     errors = lfilter([1.0], [1.0, -keep], fresh)

@@ -127,15 +127,16 @@ def false_lines(features, on_column):
 # Measured, of 120 scans: with one false line at the most, and with none; and the least number of
 # the 24 of one radius with one at the most. A column of 0.15 m may as well be a box of two sides.
 #                     open             ring
-# direct_hough        114, 93; 19      101, 95; 18
-# optimal_partition   114, 91; 18      103, 95; 18
-# ransac              111, 97; 20      101, 96; 15
-# raster_hough        106, 89; 17      101, 88; 17
-# region_growing      108, 78; 18       94, 79; 14
-# split_and_merge     110, 95; 17      105, 92; 16
+# direct_hough        101, 93; 18       98, 95; 17
+# optimal_partition    99, 91; 18       99, 95; 17
+# ransac              101, 97; 17       99, 96; 15
+# raster_hough         96, 89; 17       93, 88; 13
+# region_growing       92, 77; 17       85, 79; 14
+# split_and_merge     102, 94; 17      102, 92; 16
+# Columns of less than 1.8 rad are left as walls: in real logs they were boxes.
 # Before columns were looked for, direct_hough had 15, 13 in open scans and 49, 47 in rings.
 @every_wall_extractor
-@pytest.mark.parametrize(("ring", "least"), [(False, 102), (True, 90)])
+@pytest.mark.parametrize(("ring", "least"), [(False, 90), (True, 84)])
 def test_a_half_column_in_a_wall_is_at_most_one_line_in_most_scans(name, ring, least):
     extractor = lf.get_extractor(name)
     none, few = [], []

@@ -11,10 +11,19 @@ import numpy as np
 
 from laserfeatures.arrays import FloatArray
 from laserfeatures.compiled import helper, kernel
-from laserfeatures.engine.noise import FEWEST, LOW, UNKNOWN, WIDTH, fit_noise, lasting_errors, stretches
+from laserfeatures.engine.noise import (
+    FEWEST,
+    LOW,
+    UNKNOWN,
+    WIDTH,
+    fit_noise,
+    lasting_errors,
+    stretches,
+)
 from laserfeatures.engine.sequence import as_sequence, in_order
 
-COUNT, VARIANCE, SQUARE, STEPS = range(4)  # rows of the cells: so many stretches, and sums over them
+# Rows of the cells: so many stretches, and sums over them.
+COUNT, VARIANCE, SQUARE, STEPS = range(4)
 VARIANCES = (1e-10, 0.2, 120)  # [m^2]: least, logarithm of the ratio of two cells, how many
 SQUARES = (1e-4, 0.5, 40)  # [m^2]
 CELLS = VARIANCES[2] * SQUARES[2]

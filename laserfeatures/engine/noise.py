@@ -21,13 +21,15 @@ UNKNOWN = 3e-3  # of the mean range: taken where there is too little to tell
 # Where errors are independent, the squared steps from one to the next are 16 / 7 of the squared
 # errors about a line through eight (von Neumann 1941), with this scatter.
 INDEPENDENT, SCATTER = 16.0 / 7.0, 0.64
+MANY = 24  # stretches that tell how alike neighbours' errors are
+SURE = 4.0  # standard errors: less may be chance
 LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
 LASTING = 160.0  # variance of errors that last, in those of a range, for a likeness of 1
 
 
 @helper
 def estimate_noise(points: Sequence, known: Noise) -> Noise:
-    """Estimate the noise of a scan from what its flat stretches show; what is known is not negative.
+    """Estimate what is unknown (negative) of a scan's noise from what its flat stretches show.
 
     The variances of stretches on walls gather round sigma^2 + (relative r)^2; those of all others
     lie above, anywhere. A fit by weights that fall to nothing (Tukey's biweight of the logarithm),
@@ -71,9 +73,9 @@ def lasting_errors(
             n += count[k]
             ratio += count[k] * steps[k]
             noise += count[k] * expected
-    if n == 0.0:
-        return 0.0
-    likeness = 1.0 - (ratio / n + SCATTER / math.sqrt(n)) / INDEPENDENT  # less a standard error
+    likeness = 1.0 - ratio / max(n, 1.0) / INDEPENDENT
+    if n < MANY or likeness < SURE * SCATTER / INDEPENDENT / math.sqrt(n):
+        return 0.0  # may be chance
     return LASTING * max(likeness - LIKENESS, 0.0) * noise / n
 
 
