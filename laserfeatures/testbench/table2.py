@@ -13,6 +13,7 @@ from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Features
 from laserfeatures.errors import MissingDependencyError, PluginError, SourceError
 from laserfeatures.evaluation import Score, oracle, score
+from laserfeatures.noise_model import NoiseModel, RangeNoise
 from laserfeatures.testbench.measuring import ORACLE, extractors_by_name
 from laserfeatures.testbench.paper import TABLE2, Table2Row
 from laserfeatures.testbench.real.recordings import RECORDINGS, Drawing, Known, Recording, load
@@ -192,8 +193,10 @@ def measure(data_folder: Path, recording: Recording) -> Measured:
         if recording.truth != "none":
             raise
         return Measured({"recording": recording.name, "truth": f"left out: {error}"}, {})
+    noises = list(map(NoiseModel().feed, known.scans))
     found = {
-        name: _find(extractor, known, recording.name) for name, extractor in _methods().items()
+        name: _find(extractor, known, noises, recording.name)
+        for name, extractor in _methods().items()
     }
     best = [_score(oracle(view.scan, view.truth), view) for view in known.views.values()]
     return Measured(known.facts, found | {ORACLE: Found.total(best)}, known.drawing)
@@ -203,14 +206,14 @@ def _methods() -> "dict[str, Pipeline]":
     return {row.name: row.extractor for row in TABLE2} | extractors_by_name()
 
 
-def _find(extractor: "Pipeline", known: Known, name: str) -> Found:
-    extractor(known.scans[0])  # compiled
+def _find(extractor: "Pipeline", known: Known, noises: Sequence[RangeNoise], name: str) -> Found:
+    extractor(known.scans[0], noise=noises[0])  # compiled
     parts = []
-    for number, scan in enumerate(known.scans):
+    for number, (scan, noise) in enumerate(zip(known.scans, noises, strict=True)):
         again = replace(scan)  # without what was computed for others
         start = time.perf_counter()
         try:
-            features = extractor(again)
+            features = extractor(again, noise=noise)
         except Exception as error:
             raise PluginError(
                 f"{extractor.name} failed at scan {number} of {name}: "

@@ -25,7 +25,8 @@ stand before the paper's own, in brackets; the paper's come from 40 and some sca
 blind scan is one in which nothing is found, needlessly so if there is a true corner in it. Real
 features are all crossings of the sides that at least four beams measure; one counts as found within
 0.2 m, one to one. Six round poles stand in the arena, and four beams on one of them look like a
-short wall."""
+short wall. Extractors are told the noise that the scans so far show, as the commands do by default;
+the rows of the paper know none."""
 
 LOGS = """The scans of seven logs with corrected poses. Their truth is a map made of all the scans
 of a log; what the map does not know (furniture, people, walls seen too rarely) makes crossings that
