@@ -16,7 +16,7 @@ joint 95 % ellipse. The same pose tells lines that are lost: of A's lines of whi
 5 cm of.
 
 ``python benchmarks/repeatability.py --extractors direct_hough,ransac [--logs flirt_mit-cscail]
-[--every k] [--near 1] [--turn 35] [--range-sigma 0.01] [--model] [--curves]``
+[--every k] [--near 1] [--turn 35] [--range-sigma 0.01] [--model] [--curves] [--sigmas]``
 """
 
 import argparse
@@ -33,17 +33,19 @@ from scan_matching import Matcher
 
 import laserfeatures as lf
 from laserfeatures.data import Pose2D
+from laserfeatures.intersections import Intersections
 from laserfeatures.noise_model import NoiseModel
 from laserfeatures.poses import relative
 
 DATA = Path(__file__).parents[1] / "../shared/data/sick"
+SIGMAS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5)  # [m], limits of `--sigmas`
 LOGS = ("flirt_mit-cscail", "fr079_first_half")
 NEAR, TURN = 0.5, 20.0  # [m], [deg], of the two poses of a pair
 REACH, SIDE = 8.0, math.radians(80)  # of a corner from the sensor, and from its x axis
 GATE = 0.2  # [m], of a corner from the same one in the other scan
 ELLIPSE = 5.99  # squared Mahalanobis distance within which 95 % lie
 BLIND = 2  # corners
-KEPT = (0.25, 0.5, 0.75, 0.9)  # shares of the corners that the curves select
+KEPT = (0.25, 0.35, 0.5, 0.75, 0.9)  # shares of the corners that the curves select
 SAME_TURN, SAME_SHIFT = math.radians(5), 0.05  # of a line from the same one in the other scan
 THERE, PRESENT = 0.05, 0.8  # [m], of a point from B's; share of a line's points that are still so
 
@@ -242,6 +244,16 @@ def curves(features, pairs):
     return rows
 
 
+def by_sigma(features, pairs):
+    """Return rows (max_sigma [m], corners a scan, score)."""
+    rows = []
+    for limit in SIGMAS:
+        kept = [-_precision(each.corners) <= limit for each in features]
+        many = sum(each.sum() for each in kept) / len(features)
+        rows.append((limit, many, again(features, pairs, kept).score[0]))
+    return rows
+
+
 def _evidence(corners):
     return getattr(corners, "evidence", None)
 
@@ -259,6 +271,8 @@ def extracted(name, scans, options):
     the extractor comes from `modelled`.
     """
     told = {} if options.range_sigma is None else {"range_sigma": options.range_sigma}
+    if options.sigmas:
+        told["intersections"] = Intersections(max_sigma=SIGMAS[-1])
     extractor = modelled(name, told) if options.model else lf.get_extractor(name, **told)
     return [extractor(scan) for scan in scans]
 
@@ -293,7 +307,7 @@ HEADER = ["log: extractor", "pairs", "score @ corners a scan", "again", "chance"
 def main():
     """Print the table, and the curves."""
     options = _options()
-    rows, chosen = [], []
+    rows, chosen, limits = [], [], []
     for each in options.logs.split(","):
         with lf.open_source(DATA / f"{each}.log.gz") as source:
             log = Log(each, list(source), options.every, options.near, options.turn)
@@ -306,10 +320,18 @@ def main():
                     [f"{each}: {name}", what, f"{limit:.4g}", f"{score:.3f} @ {many:.1f}"]
                     for what, _, limit, score, many in curves(features, log.pairs)
                 ]
+            if options.sigmas:
+                limits += [
+                    [f"{each}: {name}", f"{limit}", f"{score:.3f} @ {many:.1f}"]
+                    for limit, many, score in by_sigma(features, log.pairs)
+                ]
             print(f"{each}, {name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
     print(table(HEADER, rows))
     if chosen:
         print("\n" + table(["log: extractor", "selected by", "at least", "score"], chosen))
+    if limits:
+        head = ["log: extractor", "max_sigma [m]", "score @ corners a scan"]
+        print("\n" + table(head, limits))
 
 
 def _options():
@@ -322,6 +344,7 @@ def _options():
     parser.add_argument("--range-sigma", type=float, help="tell the extractors the noise [m]")
     parser.add_argument("--model", action="store_true", help="carry a model of the noise along")
     parser.add_argument("--curves", action="store_true", help="select by evidence and by sigma")
+    parser.add_argument("--sigmas", action="store_true", help="the trade-off of max_sigma")
     return parser.parse_args()
 
 

@@ -281,11 +281,26 @@ def evidence(points, label, lines, k):
     return max((chi2[1 - k] - chi2[k])[mine].sum() - PRICE, 0) / 2
 
 
-def stretch_noise(points, i):
-    """Return the variance of a stretch's ranges about its line [m^2], and von Neumann's ratio."""
+def stretch_errors(points, i):
+    """Return the errors of the ranges of a stretch about its line [m]."""
     stretch = slice(i, i + noise.STRETCH)
     weight = np.hypot(points.x, points.y)[stretch]
     seen = weight[:, None] * np.stack([points.x, points.y], axis=1)[stretch]
     normal, *_ = np.linalg.lstsq(seen, weight, rcond=None)
-    error = weight - seen @ normal
-    return (error**2).sum() / noise.FREEDOM, (np.diff(error) ** 2).sum() / (error**2).sum()
+    return weight - seen @ normal
+
+
+def stretch_noise(points, i):
+    """Return the variance of a stretch's ranges about its line [m^2], and von Neumann's ratio.
+
+    That is without the part of a parabola that the stretch before has, too.
+    """
+    error = stretch_errors(points, i)
+    before = stretch_errors(points, i - noise.STRETCH) if i else np.zeros(noise.STRETCH)
+    parabola = (np.arange(noise.STRETCH) - 3.5) ** 2
+    parabola -= parabola.mean()
+    bend, bend_before = (parabola @ each / np.linalg.norm(parabola) for each in (error, before))
+    curved = np.clip(bend * bend_before, 0, bend**2)
+    steps = (np.diff(error) ** 2).sum() - noise.PARABOLA * curved
+    square = (error**2).sum()
+    return square / noise.FREEDOM, steps / (square - curved)

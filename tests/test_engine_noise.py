@@ -130,9 +130,18 @@ def lasting(scan, sigma, keep, seed):
 
 def test_independent_errors_show_the_ratio_of_von_neumann():
     points = [kernels.weighed(a_room(seed, 0.005), 1.0) for seed in range(40)]
-    ratios = np.concatenate([kernels.stretches(each)[2] for each in points])
+    seen = np.concatenate([np.array(kernels.stretches(each)[:3]) for each in points], axis=1)
+    ratios = seen[2, seen[0] < (2 * 0.005) ** 2]  # on walls
     assert np.median(ratios) == pytest.approx(noise.INDEPENDENT, rel=0.02)
     assert np.std(ratios) == pytest.approx(noise.SCATTER, rel=0.1)
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.0, 5.0])
+def test_a_bend_of_the_wall_is_no_roughness(radius):
+    for seed in range(20):
+        ranges = np.full(720, radius) + np.random.default_rng(seed).normal(0, 0.005, 720)
+        scan = LaserScan.uniform(ranges, -math.pi, TURN / 720)
+        assert kernels.estimate_noise(kernels.weighed(scan, 1.0))[2] == 0
 
 
 @pytest.mark.parametrize(("sigma", "relative"), [(0.005, 0.0), (0.01, 0.0), (0.004, 0.008)])

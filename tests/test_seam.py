@@ -296,3 +296,15 @@ def test_a_scan_is_closed_where_the_next_beam_would_be_the_first(beams, degrees,
     scan = LaserScan(angles=angles, ranges=np.ones(beams))
     assert scan.ring == ring
     assert scan.closed == (ring > 0)
+
+
+@every_wall_extractor
+@pytest.mark.parametrize("aside", [0.0, 0.4, 1.0])
+def test_a_round_room_has_no_walls_and_no_corners(name, aside):
+    directions = np.linspace(-math.pi, math.pi, 720, endpoint=False)
+    across = aside * np.sin(directions)
+    ranges = np.sqrt(2.0**2 - across**2) - aside * np.cos(directions)
+    for seed in range(3):
+        noise = np.random.default_rng(seed).normal(0, 0.01, 720)
+        features = lf.get_extractor(name)(around(ranges + noise))
+        assert len(features.lines) == len(features.corners) == 0

@@ -11,6 +11,7 @@ SHORTEST_ARC = 4  # returns
 CONVEX = 0.5  # [rad] of a circle that must be seen of it from outside,
 CONCAVE = 2.0  # and from inside: a corner of two walls bends less
 MANY = 16  # returns: of fewer, noise may hide the circle
+EDGE = 8  # a part so small is left out at either end: the ends of a round room meet
 OUT_OF_ROUND = 0.2  # of the radius, that two of five returns may be off the circle of the others,
 NOISES = 6.0  # and standard deviations besides
 HOPELESS = 36.0  # chi squared of a return on the first fit: no better one makes it an arc
@@ -69,10 +70,12 @@ def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float
 def goes_round(points: Sequence, i: int, j: int) -> bool:
     """Tell whether five returns lie near one circle, those in between by the other three."""
     m = (i + j - 1) // 2
-    ax = points.x[i] - points.x[m]
-    ay = points.y[i] - points.y[m]
-    bx = points.x[j - 1] - points.x[m]
-    by = points.y[j - 1] - points.y[m]
+    first = i + (j - i) // EDGE
+    last = j - 1 - (j - i) // EDGE
+    ax = points.x[first] - points.x[m]
+    ay = points.y[first] - points.y[m]
+    bx = points.x[last] - points.x[m]
+    by = points.y[last] - points.y[m]
     twice = 2.0 * (ax * by - ay * bx)
     if twice == 0.0:
         return False
@@ -80,7 +83,7 @@ def goes_round(points: Sequence, i: int, j: int) -> bool:
     cy = (ax * (bx * bx + by * by) - bx * (ax * ax + ay * ay)) / twice
     radius = math.sqrt(cx * cx + cy * cy)
     slack = OUT_OF_ROUND * radius + NOISES * math.sqrt(points.variance[m])
-    for q in ((i + m) // 2, (m + j) // 2):
+    for q in ((first + m) // 2, (m + last) // 2):
         off = math.hypot(points.x[q] - points.x[m] - cx, points.y[q] - points.y[m] - cy)
         if abs(off - radius) > slack:
             return False

@@ -18,9 +18,10 @@ WIDTH = 1.5  # log of the ratio by which a stretch's variance may be off and sti
 FINEST = 1e-4  # of the mean range: no sensor is better
 COARSE = 2.0  # times the variance of counting: less may be the steps in which the sensor counts
 UNKNOWN = 3e-3  # of the mean range: taken where there is too little to tell
-# Where errors are independent, the squared steps from one to the next are 16 / 7 of the squared
-# errors about a line through eight (von Neumann 1941), with this scatter.
-INDEPENDENT, SCATTER = 16.0 / 7.0, 0.64
+# Von Neumann's ratio (1941): the squared steps from error to error over the squared errors, about a
+# line through eight; where errors are independent, its mean and deviation, without shared bends.
+PARABOLA = 2.0 / 3.0  # of errors that are a parabola through eight
+INDEPENDENT, SCATTER = 2.39, 0.58
 MANY = 24  # stretches that tell how alike neighbours' errors are
 SURE = 4.0  # standard errors: less may be chance
 LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
@@ -132,16 +133,22 @@ def scatters(
 ) -> int:
     """Fill in what the stretches of the `steady` returns show; return how many tell something."""
     count = 0
+    before = 0.0
     for i in range(0, steady.size - STRETCH + 1, every):
-        if points.beam[steady[i + STRETCH - 1]] - points.beam[steady[i]] >= STRETCH + MISSED:
+        misfit, weight, stepping, bend = scatter(points, steady[i : i + STRETCH])
+        long = points.beam[steady[i + STRETCH - 1]] - points.beam[steady[i]] >= STRETCH + MISSED
+        if long or misfit < 0.0:
+            before = 0.0
             continue
-        misfit, weight, stepping = scatter(points, steady[i : i + STRETCH])
-        if misfit >= 0.0:
-            variance[count] = misfit / FREEDOM
-            told = variance[count] > COARSE * counting
-            square[count] = weight / STRETCH
-            steps[count] = stepping / misfit if told else INDEPENDENT
-            count += 1
+        variance[count] = misfit / FREEDOM
+        square[count] = weight / STRETCH
+        # What bends as the stretch before does is the shape of the wall.
+        curved = min(max(bend * before, 0.0), bend * bend)
+        before = bend
+        told = variance[count] - curved / FREEDOM > COARSE * counting
+        rest = stepping - PARABOLA * curved
+        steps[count] = rest / (misfit - curved) if told else INDEPENDENT
+        count += 1
     return count
 
 
@@ -179,8 +186,10 @@ def without_strays(x: FloatArray, y: FloatArray, kept: IntArray) -> int:
 
 
 @leaf
-def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float, float]:
-    """Return the sums of squared range errors of a stretch about its line, ranges and their steps.
+def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float, float, float]:
+    """Return the sums of squared range errors of a stretch about its line, ranges, steps; its bend.
+
+    The bend is the errors' share in a parabola, as the root of a sum of squares with a sign.
 
     The first is -1 where the returns are in line with the sensor.
     """
@@ -197,21 +206,20 @@ def scatter(points: Sequence, stretch: IntArray) -> tuple[float, float, float]:
         syy += square * y * y
     det = sxx * syy - sxy * sxy
     if det <= 1e-12 * sxx * syy:
-        return -1.0, w, 0.0
+        return -1.0, w, 0.0, 0.0
     a = (sx * syy - sy * sxy) / det
     b = (sy * sxx - sx * sxy) / det
-    misfit = stepping = before = 0.0
-    first = True
-    for m in stretch:
-        x = points.x[m]
-        y = points.y[m]
+    misfit = stepping = bend = before = 0.0
+    for k in range(stretch.size):
+        x = points.x[stretch[k]]
+        y = points.y[stretch[k]]
         error = math.sqrt(x * x + y * y) * (1.0 - a * x - b * y)
         misfit += error * error
-        if not first:
+        bend += error * ((k - 3.5) ** 2 - 5.25)
+        if k > 0:
             stepping += (error - before) ** 2
         before = error
-        first = False
-    return misfit, w, stepping
+    return misfit, w, stepping, bend / math.sqrt(168.0)
 
 
 @leaf
