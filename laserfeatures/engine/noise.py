@@ -11,6 +11,7 @@ from laserfeatures.engine.sequence import MISSED, Noise, Sequence
 STRETCH = 8  # returns
 FREEDOM = STRETCH - 2.0
 FEWEST = 4  # stretches that tell a noise
+APART = 12  # of fewer stretches, each is half of the one before
 LOW = 0.1  # quantile of the stretches' variances at which the search begins
 FAR = 8.0  # times as far from its neighbours as they from each other is a stray
 ROUNDS = 6  # of reweighting
@@ -22,10 +23,10 @@ UNKNOWN = 3e-3  # of the mean range: taken where there is too little to tell
 # line through eight; where errors are independent, its mean and deviation, without shared bends.
 PARABOLA = 2.0 / 3.0  # of errors that are a parabola through eight
 INDEPENDENT, SCATTER = 2.39, 0.58
-MANY = 24  # stretches that tell how alike neighbours' errors are
-SURE = 4.0  # standard errors: less may be chance
+MANY = 12  # stretches that tell how alike neighbours' errors are
+SURE = 3.5  # standard errors: less may be chance
 LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
-LASTING = 160.0  # variance of errors that last, in those of a range, for a likeness of 1
+LASTING = 400.0  # variance of errors that last, in those of a range, for a likeness of 1
 
 
 @helper
@@ -48,8 +49,10 @@ def estimate_noise(points: Sequence, known: Noise) -> Noise:
         constant, growing = fit_noise(variance, square, one, begin, least)
         sigma, relative = math.sqrt(constant), math.sqrt(growing)
     if roughness < 0.0:
-        lasting = lasting_errors(variance, square, steps, one, sigma**2, relative**2)
-        roughness = math.sqrt(lasting)
+        roughness = 0.0
+        if points.x.size >= APART * STRETCH:
+            lasting = lasting_errors(variance, square, steps, one, sigma**2, relative**2)
+            roughness = math.sqrt(lasting)
     return Noise(sigma, relative, roughness)
 
 
@@ -90,7 +93,7 @@ def stretches(
     steps in which the sensor counts; the mean is that of the ranges.
     """
     n = points.x.size
-    every = STRETCH if n >= 12 * STRETCH else STRETCH // 2
+    every = STRETCH if n >= APART * STRETCH else STRETCH // 2
     variance = np.empty(n // every + 1)
     square = np.empty(n // every + 1)
     steps = np.empty(n // every + 1)
