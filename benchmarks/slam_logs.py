@@ -21,6 +21,7 @@ from laserfeatures.mapping.against import against
 from laserfeatures.mapping.matching import matched
 from laserfeatures.mapping.reference import read_reference
 from laserfeatures.mapping.run import Recorder
+from laserfeatures.noise_model import NoiseModel
 from laserfeatures.slam import EkfSlam
 from laserfeatures.slam import filter as ekf
 
@@ -75,7 +76,11 @@ def run(job):
     if given.pop("plain", False):
         ekf.carried_over = nothing_carried_over
     corners, walls = KINDS[kind]
-    recorder = Recorder(lf.get_extractor(name), EkfSlam(corners=corners, walls=walls, **given))
+    extractor, model = lf.get_extractor(name), NoiseModel()
+    recorder = Recorder(
+        lambda scan: extractor(scan, noise=model.feed(scan)),
+        EkfSlam(corners=corners, walls=walls, **given),
+    )
     noise = np.random.default_rng(repeat).normal(0, (NOISE, NOISE, TURN), (10_000, 3))
     with lf.open_source(data / source, poses="odometry") as scans:
         for i, scan in enumerate(scan for scan in scans if scan.pose):
