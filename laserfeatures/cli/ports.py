@@ -58,8 +58,8 @@ class _Teller(logging.Handler):
 
 @contextmanager
 def warnings_told() -> Iterator[None]:
-    """Say on standard error what drivers warn of, such as a device that is waited for."""
-    logger = logging.getLogger("laserfeatures.drivers")
+    """Say on standard error what is warned of, such as a device that is waited for."""
+    logger = logging.getLogger("laserfeatures")
     teller = _Teller(logging.WARNING)
     propagate = logger.propagate
     logger.addHandler(teller)

@@ -1,5 +1,6 @@
 """What every reader gets: the path, the options and the bookkeeping of broken records."""
 
+import logging
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ from laserfeatures.sources.files import DAMAGE, open_stream
 OnError = Literal["raise", "skip"]
 Poses = Literal["none", "odometry", "corrected"]
 Wanted = Literal["odometry", "corrected"]
+LOGGER = logging.getLogger(__name__)
 LONGEST_PROBLEM = 300  # characters: a damaged line may be of any length
 Scans = Generator[LaserScan, None, None]
 Parsed = TypeVar("Parsed")
@@ -45,6 +47,8 @@ class Log:
         Number of broken records so far.
     first_error : str or None
         What was wrong with the first of them.
+    notices : dict
+        What users should know of the log and cannot see in its scans, each under a key of its own.
     """
 
     path: Path
@@ -58,6 +62,13 @@ class Log:
     poses: Poses = field(default="none", init=False)
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)
+    notices: dict[str, str] = field(default_factory=dict, init=False)
+
+    def notice(self, key: str, text: str, path: Path | None = None) -> None:
+        """Say what a user should know of the log: the first time, as a warning of `logging`."""
+        if key not in self.notices:
+            self.notices[key] = text
+            LOGGER.warning("%s: %s", path or self.path, text)
 
     def broken(
         self, where: object, problem: object, cause: BaseException, path: Path | None = None

@@ -53,6 +53,11 @@ class LogSource(Source):
         """What was wrong with the first record left out: file, line, expected, got."""
         return self._log.first_error
 
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What is worth knowing of the log so far; each was also told as a warning."""
+        return tuple(self._log.notices.values())
+
     def __next__(self) -> LaserScan:
         """Return the next scan."""
         return next(self._scans)

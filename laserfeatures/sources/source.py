@@ -34,6 +34,11 @@ class Source(ABC):
         return "none"
 
     @property
+    def notices(self) -> tuple[str, ...]:
+        """What is worth knowing of the log so far; each was also told as a warning."""
+        return ()
+
+    @property
     @abstractmethod
     def skipped(self) -> int:
         """Number of broken records left out so far; of a port, of damaged frames."""
