@@ -13,6 +13,7 @@ from laserfeatures.cli import values
 from laserfeatures.cli.ports import ended_by_ctrl_c, warnings_told
 from laserfeatures.sources.formats import FORMATS
 from laserfeatures.sources.live import LiveSource
+from laserfeatures.sources.table import ANGLE_UNITS, DELIMITERS, RANGE_UNITS
 
 if TYPE_CHECKING:
     from laserfeatures.sources import Source
@@ -47,6 +48,28 @@ _OPTIONS = (
         type=values.Quantity("rad"),
         metavar="ANGLE",
         help="From the first to the last beam, such as 180deg, for a log that does not tell.",
+    ),
+    click.option(
+        "--columns",
+        callback=lambda _ctx, _param, text: text and [name.strip() for name in text.split(",")],
+        metavar="NAMES",
+        help="Of a table without a header, such as -,angle,range: angle or clockwise, range, scan, "
+        "stamp; - for others.",
+    ),
+    click.option(
+        "--angle-unit",
+        type=click.Choice(list(ANGLE_UNITS)),
+        help="Of a table's angles, if its header does not say.",
+    ),
+    click.option(
+        "--range-unit",
+        type=click.Choice(list(RANGE_UNITS)),
+        help="Of a table's ranges, if its header does not say.",
+    ),
+    click.option(
+        "--delimiter",
+        type=click.Choice(list(DELIMITERS)),
+        help="Between a table's cells; else told by its first line.",
     ),
     click.option(
         "--slice",

@@ -1,5 +1,6 @@
 """Beam directions, one read-only array for all scans with the same beams."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -61,6 +62,30 @@ def even_scan(
         range_max=range_max,
         stamp=stamp,
         pose=pose,
+    )
+
+
+def told_apart(angles: FloatArray) -> FloatArray:
+    """Return angles in order, (N,) [rad], equal ones moved by the least step there is."""
+    angles = angles.copy()
+    for i in np.flatnonzero(np.diff(angles) <= 0) + 1:
+        angles[i] = np.nextafter(angles[i - 1], np.inf)
+    return angles
+
+
+def contradiction(first: float, step: float, count: int, last: float) -> str | None:
+    """Return what to say where `last` [rad] is not the direction of the last of `count` beams.
+
+    Some drivers give the direction of the next one, which is none.
+    """
+    off = (last - first) / step - (count - 1) if count > 1 and step else 0.0
+    if -0.5 <= off <= 1.5 or not math.isfinite(off):
+        return None
+    return (
+        f"angle_max is {math.degrees(last):.2f} deg, but angle_min + {count - 1} x angle_increment "
+        f"is {math.degrees(first + (count - 1) * step):.2f} deg: the increment, "
+        f"{math.degrees(step):.4f} deg, is believed; by angle_min and angle_max a beam comes every "
+        f"{math.degrees((last - first) / (count - 1)):.4f} deg"
     )
 
 

@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 
 from laserfeatures.data import LaserScan
 from laserfeatures.errors import SourceError
-from laserfeatures.sources.files import DAMAGE, open_stream
+from laserfeatures.sources.files import DAMAGE, MARK, open_stream
 
 OnError = Literal["raise", "skip"]
 Poses = Literal["none", "odometry", "corrected"]
@@ -41,6 +41,12 @@ class Log:
         Where in a cloud the scanner stands [m].
     wanted : {"odometry", "corrected"} or None
         Which poses the scans are to have, of a log that has both; None: its own choice.
+    columns : tuple of str or None
+        Names of the columns of a table without a header.
+    angle_unit, range_unit : str or None
+        Of a table, where its header does not say.
+    delimiter : str or None
+        What stands between the cells of a table: ",", ";", "tab" or "space".
     poses : {"none", "odometry", "corrected"}
         What the scans' poses are; a reader sets it before its first scan.
     skipped : int
@@ -59,6 +65,10 @@ class Log:
     slice_band: tuple[float, float] | None = None
     slice_origin: tuple[float, float] | None = None
     wanted: Wanted | None = None
+    columns: tuple[str, ...] | None = None
+    angle_unit: str | None = None
+    range_unit: str | None = None
+    delimiter: str | None = None
     poses: Poses = field(default="none", init=False)
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)
@@ -130,6 +140,8 @@ class Log:
                     return
                 if not line:
                     return
+                if number == 1:
+                    line = line.removeprefix(MARK)
                 try:
                     record = parse(line)
                 except ValueError as error:

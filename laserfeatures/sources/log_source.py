@@ -1,5 +1,6 @@
 """A log as a source: its first scans are looked at before it counts as opened."""
 
+import math
 from collections.abc import Iterator
 from itertools import chain, islice
 
@@ -12,6 +13,8 @@ from laserfeatures.sources.log import Log, Poses, Scans
 from laserfeatures.sources.source import Source
 
 LOOK_AHEAD = 10  # scans
+SMALLER = {"centimetres": 100, "millimetres": 1000}
+USUAL = 3.0  # [m]; the median range of a room
 LONGEST = 100.0  # [m]; nine ranges of ten beyond this are not metres
 
 
@@ -33,7 +36,7 @@ class LogSource(Source):
         self._log = log
         self._reader = FORMATS[format_].read(log)
         try:
-            self._scans = _look_ahead(log, self._reader)
+            self._scans = _look_ahead(log, format_, self._reader)
         except BaseException:
             self._reader.close()
             raise
@@ -68,7 +71,7 @@ class LogSource(Source):
         self._reader.close()
 
 
-def _look_ahead(log: Log, reader: Scans) -> Iterator[LaserScan]:
+def _look_ahead(log: Log, format_: str, reader: Scans) -> Iterator[LaserScan]:
     """Return an iterator of the reader's scans, once the first ones have come and make sense."""
     first: list[LaserScan] = []
     error = None
@@ -88,7 +91,7 @@ def _look_ahead(log: Log, reader: Scans) -> Iterator[LaserScan]:
         )
     _check_poses(log)
     if log.range_max is None:
-        _check_unit(log, first)
+        _check_unit(log, format_, first)
     return chain(first, _rest(reader, error))
 
 
@@ -107,14 +110,22 @@ def _check_poses(log: Log) -> None:
     raise SourceError(f"{log.path}: expected a log with {wanted}, got one with {names[log.poses]}")
 
 
-def _check_unit(log: Log, scans: list[LaserScan]) -> None:
+def _check_unit(log: Log, format_: str, scans: list[LaserScan]) -> None:
     """Raise a SourceError if the ranges cannot be metres."""
     ranges = np.concatenate([scan.ranges for scan in scans])
     ranges = ranges[np.isfinite(ranges) & (ranges > 0)]
     ranges = ranges[ranges < ranges.max(initial=0)]  # the largest may say "no return"
-    if ranges.size and np.quantile(ranges, 0.1) > LONGEST:
-        raise SourceError(
-            f"{log.path}: expected ranges in metres, got a median of {np.median(ranges):.0f}, "
-            "which looks like millimetres; divide them by 1000, or give range_max= (--range-max) "
-            "if they are metres"
-        )
+    if not ranges.size or np.quantile(ranges, 0.1) <= LONGEST:
+        return
+    middle, top = float(np.median(ranges)), float(np.max(ranges))
+    units = [(name, scale) for name, scale in SMALLER.items() if top / scale <= LONGEST]
+    units.sort(key=lambda unit: abs(math.log(middle / unit[1] / USUAL)))
+    likely = " or ".join(f"{name} ({middle / scale:.3g} m)" for name, scale in units)
+    scales = " or ".join(str(scale) for _, scale in units)
+    how = f"divide them by {scales}" if units else "convert them"
+    if "range_unit" in FORMATS[format_].options:
+        how += ", or say which with range_unit= (--range-unit)"
+    raise SourceError(
+        f"{log.path}: expected ranges in metres, got a median of {middle:.0f}, which looks like "
+        f"{likely or 'none'}; {how}, or give range_max= (--range-max) if they are metres"
+    )

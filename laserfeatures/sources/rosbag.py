@@ -17,7 +17,7 @@ from laserfeatures.data import LaserScan
 from laserfeatures.errors import LaserFeaturesError, SourceError
 from laserfeatures.optional import optional
 from laserfeatures.sources.bag_messages import NEED, WALK, Bag, Indexed, Walked
-from laserfeatures.sources.beams import even_scan
+from laserfeatures.sources.beams import contradiction, even_scan
 from laserfeatures.sources.files import read_head
 from laserfeatures.sources.log import Log, Scans
 
@@ -156,7 +156,9 @@ def _scan(log: Log, message: "Message", time: int) -> LaserScan:
     stamp = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
     stated = float(message.range_max)
     first, step = float(message.angle_min), float(message.angle_increment)
-    _check_last(log, first, step, ranges.size, float(message.angle_max))
+    said = contradiction(first, step, ranges.size, float(message.angle_max))
+    if said:
+        log.notice("angle_max", said)
     return even_scan(
         ranges,
         first,
@@ -164,19 +166,4 @@ def _scan(log: Log, message: "Message", time: int) -> LaserScan:
         range_min=max(float(message.range_min), 0.0) if math.isfinite(message.range_min) else 0.0,
         range_max=log.range_max or (stated if stated > 0 else math.inf),
         stamp=stamp or time / 1e9,
-    )
-
-
-def _check_last(log: Log, first: float, step: float, count: int, last: float) -> None:
-    """Say if angle_max is neither where the last beam is nor where the next one would be."""
-    off = (last - first) / step - (count - 1) if count > 1 and step else 0.0
-    if -0.5 <= off <= 1.5 or not math.isfinite(off):
-        return
-    degrees = math.degrees
-    log.notice(
-        "angle_max",
-        f"angle_max is {degrees(last):.2f} deg, but angle_min + {count - 1} x angle_increment is "
-        f"{degrees(first + (count - 1) * step):.2f} deg: the increment, "
-        f"{degrees(step):.4f} deg, is believed; by angle_min and angle_max a beam comes every "
-        f"{degrees((last - first) / (count - 1)):.4f} deg",
     )
