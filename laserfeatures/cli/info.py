@@ -20,16 +20,21 @@ def info(source: str, **reading: Any) -> None:
     """Say what SOURCE holds.
 
     Its format, number of scans, beams, field of view, range limits, share of invalid readings, rate
-    and what its poses are. The whole log is read.
+    and what its poses are; what is taken for no return, which records are passed over, and what
+    the log leaves open ("notice"). The whole log is read.
     """
     summary = Summary()
     with (
-        opened(source, **reading) as scans,
+        opened(source, told=False, **reading) as scans,
         progress(scans, length=None, to_stdout=False) as bar,
     ):
         for scan in bar:
             summary.add(scan)
         rows = [("format", scans.format), *summary.rows(), ("poses", scans.poses)]
+        if scans.passed_over:
+            counts = scans.passed_over.items()
+            rows.append(("passed over", ", ".join(f"{count} {word}" for word, count in counts)))
+        rows += [("notice", text) for text in scans.notices]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         click.echo(f"{name:<{width}}  {value}")

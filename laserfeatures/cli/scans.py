@@ -45,9 +45,10 @@ _OPTIONS = (
     ),
     click.option(
         "--field-of-view",
-        type=values.Quantity("rad"),
+        type=values.QuantityOrPair("rad"),
         metavar="ANGLE",
-        help="From the first to the last beam, such as 180deg, for a log that does not tell.",
+        help="From the first to the last beam, for a log that does not tell: 180deg, or both ends "
+        "as -135deg..135deg.",
     ),
     click.option(
         "--columns",
@@ -96,10 +97,11 @@ def source_options(command: Command) -> Command:
 
 
 @contextmanager
-def opened(source: str, **options: Any) -> Iterator["Source"]:
+def opened(source: str, *, told: bool = True, **options: Any) -> Iterator["Source"]:
     """Open a source with those options; at the end say on standard error what was skipped.
 
-    A port's source ends with the first Ctrl-C as a log ends.
+    A port's source ends with the first Ctrl-C as a log ends. The source's notices are on standard
+    error, too, unless the command has another place for them (not `told`).
 
     Raises
     ------
@@ -109,7 +111,7 @@ def opened(source: str, **options: Any) -> Iterator["Source"]:
         If it cannot be read.
     """
     with ExitStack() as stack:
-        stack.enter_context(warnings_told())
+        stack.enter_context(warnings_told(notices=told))
         try:
             scans = stack.enter_context(lf.open_source(source, **options))
         except (TypeError, ValueError) as error:

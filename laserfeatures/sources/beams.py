@@ -30,11 +30,18 @@ def even_angles(count: int, first: float, step: float) -> FloatArray:
     return angles
 
 
-def spread_angles(count: int, field_of_view: float) -> FloatArray:
-    """Return `count` directions spread evenly over `field_of_view` [rad], symmetric about 0."""
+def spread_angles(count: int, field_of_view: float | tuple[float, float]) -> FloatArray:
+    """Return `count` directions spread evenly over `field_of_view` [rad].
+
+    That is from its first to its second value, or, if it is one, symmetric about 0.
+    """
+    if isinstance(field_of_view, tuple):
+        first, last = field_of_view
+    else:
+        first, last = -field_of_view / 2, field_of_view / 2
     if count < 2:
-        return even_angles(count, 0.0, 1.0)
-    return even_angles(count, -field_of_view / 2, field_of_view / (count - 1))
+        return even_angles(count, (first + last) / 2, 1.0)
+    return even_angles(count, first, (last - first) / (count - 1))
 
 
 def even_scan(

@@ -10,6 +10,7 @@ from laserfeatures.errors import SourceError
 GZIP_MAGIC = b"\x1f\x8b"
 MARK = b"\xef\xbb\xbf"  # the byte-order mark of UTF-8, which is no content
 WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff")
+LONGEST_LINE = 1 << 24  # bytes; a scan of 100,000 beams takes 1 MB
 HEAD_BYTES = 1 << 16  # enough for the longest preamble seen (171 PARAM lines)
 DAMAGE = (EOFError, OSError, zlib.error)  # what reading a damaged gzip file raises
 

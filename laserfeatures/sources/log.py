@@ -1,6 +1,7 @@
 """What every reader gets: the path, the options and the bookkeeping of broken records."""
 
 import logging
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,8 +34,9 @@ class Log:
         Which topic of a bag to read.
     range_max : float or None
         Overrides the sensor's limit [m].
-    field_of_view : float or None
-        Angle from the first to the last beam [rad], where the format does not say.
+    field_of_view : float, (float, float) or None
+        Angle from the first to the last beam, or both their directions [rad], where the format does
+        not say.
     slice_band : (float, float) or None
         Lowest and highest z [m] of the points of a cloud that make its scan.
     slice_origin : (float, float) or None
@@ -55,13 +57,15 @@ class Log:
         What was wrong with the first of them.
     notices : dict
         What users should know of the log and cannot see in its scans, each under a key of its own.
+    passed_over : Counter
+        How many records of other kinds there were, by their first word.
     """
 
     path: Path
     on_error: OnError = "raise"
     topic: str | None = None
     range_max: float | None = None
-    field_of_view: float | None = None
+    field_of_view: float | tuple[float, float] | None = None
     slice_band: tuple[float, float] | None = None
     slice_origin: tuple[float, float] | None = None
     wanted: Wanted | None = None
@@ -73,6 +77,7 @@ class Log:
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)
     notices: dict[str, str] = field(default_factory=dict, init=False)
+    passed_over: Counter[str] = field(default_factory=Counter, init=False)
 
     def notice(self, key: str, text: str, path: Path | None = None) -> None:
         """Say what a user should know of the log: the first time, as a warning of `logging`."""

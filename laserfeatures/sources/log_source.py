@@ -57,6 +57,11 @@ class LogSource(Source):
         return self._log.first_error
 
     @property
+    def passed_over(self) -> dict[str, int]:
+        """How many records that are no scans there were so far, by their first word."""
+        return dict(self._log.passed_over.most_common())
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What is worth knowing of the log so far; each was also told as a warning."""
         return tuple(self._log.notices.values())

@@ -1,6 +1,5 @@
 """`open_source`: the one way from a file or port to its scans."""
 
-import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
@@ -9,6 +8,7 @@ from typing import Any
 
 from laserfeatures.drivers import DRIVERS, is_address
 from laserfeatures.errors import SourceError
+from laserfeatures.scan import FULL_TURN
 from laserfeatures.sources.formats import FORMATS, find_format
 from laserfeatures.sources.log import Log, OnError, Wanted
 from laserfeatures.sources.log_source import LogSource
@@ -27,7 +27,7 @@ def open_source(
     on_error: OnError = "raise",
     topic: str | None = None,
     range_max: float | None = None,
-    field_of_view: float | None = None,
+    field_of_view: float | tuple[float, float] | None = None,
     slice_band: tuple[float, float] | None = None,
     slice_origin: tuple[float, float] | None = None,
     poses: Wanted | None = None,
@@ -56,9 +56,9 @@ def open_source(
         Which topic of a bag to read; needed if several hold laser scans.
     range_max : float, optional
         Range at and beyond which there is no return [m], instead of the log's or sensor's own.
-    field_of_view : float, optional
-        Angle from the first to the last beam [rad], symmetric about the front, for the logs that
-        do not say (carmen, gfs).
+    field_of_view : float or (float, float), optional
+        Angle from the first to the last beam [rad], symmetric about the front, or the directions
+        of both, for the logs that do not say (carmen, gfs).
     slice_band : (float, float), optional
         The heights ``low <= z < high`` [m] of a point cloud to scan; needed for one.
     slice_origin : (float, float), optional
@@ -113,8 +113,10 @@ def open_source(
         raise ValueError(f"on_error must be 'raise' or 'skip', got {on_error!r}")
     if range_max is not None and not range_max > 0:
         raise ValueError(f"range_max must be > 0 m, got {range_max!r}")
-    if field_of_view is not None and not 0 < field_of_view <= 2 * math.pi:
-        raise ValueError(f"field_of_view must be in (0, 2 pi] rad, got {field_of_view!r}")
+    view = field_of_view
+    width = view[1] - view[0] if isinstance(view, tuple) else view
+    if width is not None and not 0 < width <= FULL_TURN:
+        raise ValueError(f"field_of_view must be in (0, 2 pi] rad, got {view!r}")
     if slice_band is not None and not slice_band[0] < slice_band[1]:
         low, high = slice_band
         raise ValueError(f"slice_band must be low < high [m], got {low!r} and {high!r}")

@@ -19,7 +19,7 @@ class Reading(NamedTuple):
     angles: FloatArray
     ranges: FloatArray
     stamp: float
-    pose: Pose2D
+    pose: Pose2D | None
     range_max: float = math.inf
     odometry: Pose2D | None = None  # of the robot, where the log has it beside the laser's pose
 

@@ -34,6 +34,11 @@ class Source(ABC):
         return "none"
 
     @property
+    def passed_over(self) -> dict[str, int]:
+        """How many records that are no scans there were so far, by their first word."""
+        return {}
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What is worth knowing of the log so far; each was also told as a warning."""
         return ()
