@@ -16,6 +16,15 @@
 A wrong argument is a plain ``ValueError`` or ``TypeError``.
 """
 
+LONGEST = 300  # characters that are shown of another's words
+
+
+def shown(text: str, longest: int = LONGEST) -> str:
+    """Return text of others in one line of bounded length, without control characters."""
+    line = " ".join(text[: 4 * longest].split())
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return line if len(line) <= longest and len(text) <= 4 * longest else f"{line[:longest]}.."
+
 
 class LaserFeaturesError(Exception):
     """Catch every error that laserfeatures raises on purpose."""

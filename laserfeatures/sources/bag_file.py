@@ -19,7 +19,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-LARGEST_CHUNK = 1 << 28  # bytes; recorders write 1 to 100 MB
+LARGEST_CHUNK = 1 << 27  # bytes; recorders write 1 to 50 MB
 BLOCK = 1 << 16
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 

@@ -21,6 +21,7 @@ counted; a line whose first word is nearly that of a scan is broken.
 """
 
 import difflib
+import io
 import math
 import re
 from contextlib import suppress
@@ -86,7 +87,8 @@ def _kind(log: Log) -> tuple[bytes, ...]:
     """Return the names of the records to read: the best of those near the log's beginning."""
     words = set()
     with open_stream(log.path) as stream, suppress(*DAMAGE):
-        for line in islice(iter(lambda: stream.readline(LONGEST_LINE), b""), LOOK_AHEAD):
+        start = io.BytesIO(stream.read(LONGEST_LINE))
+        for line in islice(start, LOOK_AHEAD):
             words.add(b"".join(line.removeprefix(MARK)[:64].split(None, 1)[:1]))
     return next((kind for kind in KINDS if words & {*kind}), KINDS[0])
 

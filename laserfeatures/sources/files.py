@@ -10,7 +10,9 @@ from laserfeatures.errors import SourceError
 GZIP_MAGIC = b"\x1f\x8b"
 MARK = b"\xef\xbb\xbf"  # the byte-order mark of UTF-8, which is no content
 WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff")
-LONGEST_LINE = 1 << 24  # bytes; a scan of 100,000 beams takes 1 MB
+LONGEST_LINE = 1 << 22  # bytes; a scan of 100,000 beams takes 1 MB
+MOST_BEAMS = 1_000_000  # of a scan that is put together from lines
+LARGE, SWOLLEN = 1 << 26, 200  # bytes; times: logs unpack to 3 to 30 times their size
 HEAD_BYTES = 1 << 16  # enough for the longest preamble seen (171 PARAM lines)
 DAMAGE = (EOFError, OSError, zlib.error)  # what reading a damaged gzip file raises
 
@@ -46,6 +48,11 @@ def open_stream(path: Path) -> BinaryIO:
         return cast("BinaryIO", gzip.open(path, "rb")) if packed else path.open("rb")
     except OSError as error:
         raise cannot_open(path, error) from error
+
+
+def is_bomb(unpacked: int, packed: int) -> bool:
+    """Return whether so many bytes out of so many packed ones are no data that anybody measured."""
+    return unpacked > LARGE and unpacked > SWOLLEN * packed
 
 
 def read_head(path: Path) -> bytes:

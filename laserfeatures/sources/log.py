@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 
 from laserfeatures.data import LaserScan
 from laserfeatures.errors import SourceError
-from laserfeatures.sources.files import DAMAGE, MARK, open_stream
+from laserfeatures.sources.files import DAMAGE, LONGEST_LINE, MARK, is_bomb, is_gzip, open_stream
 
 OnError = Literal["raise", "skip"]
 Poses = Literal["none", "odometry", "corrected"]
@@ -133,24 +133,39 @@ class Log:
         Parsed
             The records in order; broken ones go to `broken`, as does the end of damaged gzip data.
         """
-        number = 0
-        with open_stream(path or self.path) as stream:
+        for number, line in self._lines(path or self.path):
+            try:
+                record = parse(line)
+            except ValueError as error:
+                self.broken(number, error, error, path)
+                continue
+            if record is not None:
+                yield record
+
+    def _lines(self, path: Path) -> Iterator[tuple[int, bytes]]:
+        """Yield the numbers and lines of a file, as far as it makes sense to read it."""
+        packed = path.stat().st_size if is_gzip(path) else None
+        number = unpacked = 0
+        with open_stream(path) as stream:
             while True:
                 number += 1
+                problem: Exception | None = None
+                line = b""
                 try:
-                    line = stream.readline()
+                    line = stream.readline(LONGEST_LINE + 1)
                 except DAMAGE as error:
-                    text = f"the file is cut or damaged from here on ({error})"
-                    self.broken(number, text, error, path)
+                    problem = error
+                unpacked += len(line)
+                if problem:
+                    text = f"the file is cut or damaged from here on ({problem})"
+                elif len(line) > LONGEST_LINE:
+                    text = f"expected a line of at most {LONGEST_LINE} bytes, got a longer one"
+                elif packed is not None and is_bomb(unpacked, packed):
+                    text = f"expected a log, got {packed} packed bytes of more than {unpacked}"
+                elif not line:
                     return
-                if not line:
-                    return
-                if number == 1:
-                    line = line.removeprefix(MARK)
-                try:
-                    record = parse(line)
-                except ValueError as error:
-                    self.broken(number, error, error, path)
+                else:
+                    yield number, line.removeprefix(MARK) if number == 1 else line
                     continue
-                if record is not None:
-                    yield record
+                self.broken(number, text, problem or ValueError(text), path)
+                return

@@ -15,8 +15,9 @@ import re
 import numpy as np
 
 from laserfeatures.data import LaserScan
+from laserfeatures.errors import SourceError
 from laserfeatures.sources.beams import told_apart
-from laserfeatures.sources.files import read_head
+from laserfeatures.sources.files import MOST_BEAMS, read_head
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.text_columns import rows_of, rplidar_columns
 
@@ -58,6 +59,10 @@ def read_rplidar(log: Log) -> Scans:
         if travelled >= 360:
             yield _scan(turn, log.range_max)
             turn, travelled = [], 0.0
+        if len(turn) == MOST_BEAMS:
+            raise SourceError(
+                f"{log.path}: expected a turn of at most {MOST_BEAMS} measurements, got more"
+            )
         turn.append((angle, distance))
         got += 1
     if turn:

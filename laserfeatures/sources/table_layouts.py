@@ -8,12 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
+from laserfeatures.errors import SourceError
 from laserfeatures.scan import LaserScan, Pose2D
 from laserfeatures.sources.beams import contradiction, even_scan, told_apart
+from laserfeatures.sources.files import MOST_BEAMS
 from laserfeatures.sources.log import Log
 
 POSE = ["x", "y", "theta"]
 DIRECTIONS = {"angle": 1, "clockwise": -1}
+TOO_MANY = f"expected at most {MOST_BEAMS} beams a scan, got more"
 READ = {*DIRECTIONS, "range", "scan", "stamp"}
 TURN = 2 * math.pi
 WRAP = math.radians(300)  # a step this long goes on where the circle begins again
@@ -105,6 +108,8 @@ class Long:
         if not math.isfinite(row[self._angle]):
             raise ValueError(f"expected an angle in radians or degrees, got {cells}")
         if not self.rows or not self._begins(row):
+            if len(self.rows) == MOST_BEAMS:
+                raise SourceError(f"{self.log.path}: {TOO_MANY}")
             self.rows.append(row)
             return None
         done, self.rows = self.rows, [row]
