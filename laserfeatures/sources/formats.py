@@ -25,12 +25,13 @@ from laserfeatures.sources.urg_csv import is_urg_csv, read_urg_csv
 
 
 class Format(NamedTuple):
-    """How a format is told and read, which options it takes besides `on_error`, and if gzipped."""
+    """How a format is told and read, which options it takes besides `on_error`, and more."""
 
     is_it: Callable[[bytes], bool]
     read: Callable[[Log], Scans]
     options: tuple[str, ...] = ("range_max",)
     gzip: bool = True
+    open_limit: bool = False  # whether the range limit may be unknown, or wrong
 
 
 def _starts(magic: bytes) -> Callable[[bytes], bool]:
@@ -42,19 +43,19 @@ TABLE = ("range_max", "columns", "angle_unit", "range_unit", "delimiter")
 BAG = ("range_max", "topic")
 CLOUD = ("range_max", "slice_band", "slice_origin")
 FORMATS = {  # in the order in which they are tried: the unmistakable ones first
-    "rosbag1": Format(_starts(MAGIC[".bag"]), read_bag, BAG, gzip=False),
-    "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG, gzip=False),
-    "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG, gzip=False),
+    "rosbag1": Format(_starts(MAGIC[".bag"]), read_bag, BAG, gzip=False, open_limit=True),
+    "rosbag2": Format(_starts(MAGIC[".db3"]), read_bag, BAG, gzip=False, open_limit=True),
+    "mcap": Format(_starts(MAGIC[".mcap"]), read_bag, BAG, gzip=False, open_limit=True),
     "point_cloud": Format(is_point_cloud, read_cloud, CLOUD, gzip=False),
     "recording": Format(is_recording, read_recording),
-    "npz": Format(_starts(b"PK"), read_npz),
+    "npz": Format(_starts(b"PK"), read_npz, open_limit=True),
     "plan": Format(is_plan, read_simulated, gzip=False),
     "gfs": Format(is_gfs, read_gfs, SICK),
     "carmen": Format(is_carmen, read_carmen, SICK),
     "brenner": Format(is_brenner, read_brenner),
-    "rplidar": Format(is_rplidar, read_rplidar),
+    "rplidar": Format(is_rplidar, read_rplidar, open_limit=True),
     "urg_csv": Format(is_urg_csv, read_urg_csv),
-    "csv": Format(is_table, read_table, TABLE),
+    "csv": Format(is_table, read_table, TABLE, open_limit=True),
     "breezyslam": Format(is_breezy, read_breezy),
 }
 

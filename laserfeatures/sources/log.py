@@ -57,6 +57,8 @@ class Log:
         What was wrong with the first of them.
     notices : dict
         What users should know of the log and cannot see in its scans, each under a key of its own.
+    no_return : float or None
+        The least range [m] that was taken for no return because it comes again and again.
     passed_over : Counter
         How many records of other kinds there were, by their first word.
     """
@@ -77,6 +79,7 @@ class Log:
     skipped: int = field(default=0, init=False)
     first_error: str | None = field(default=None, init=False)
     notices: dict[str, str] = field(default_factory=dict, init=False)
+    no_return: float | None = field(default=None, init=False)
     passed_over: Counter[str] = field(default_factory=Counter, init=False)
 
     def notice(self, key: str, text: str, path: Path | None = None) -> None:

@@ -10,6 +10,7 @@ from laserfeatures.data import LaserScan
 from laserfeatures.errors import SourceError
 from laserfeatures.sources.formats import FORMATS
 from laserfeatures.sources.log import Log, Poses, Scans
+from laserfeatures.sources.readings import limited
 from laserfeatures.sources.source import Source
 
 LOOK_AHEAD = 10  # scans
@@ -62,6 +63,11 @@ class LogSource(Source):
         return dict(self._log.passed_over.most_common())
 
     @property
+    def no_return(self) -> float | None:
+        """The least range [m] so far that is no return because it comes again and again."""
+        return self._log.no_return
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What is worth knowing of the log so far; each was also told as a warning."""
         return tuple(self._log.notices.values())
@@ -97,7 +103,10 @@ def _look_ahead(log: Log, format_: str, reader: Scans) -> Iterator[LaserScan]:
     _check_poses(log)
     if log.range_max is None:
         _check_unit(log, format_, first)
-    return chain(first, _rest(reader, error))
+    scans = chain(first, _rest(reader, error))
+    if log.range_max is None and FORMATS[format_].open_limit:
+        return limited(log, scans)
+    return scans
 
 
 def _rest(reader: Scans, error: SourceError | None) -> Iterator[LaserScan]:

@@ -39,6 +39,11 @@ class Source(ABC):
         return {}
 
     @property
+    def no_return(self) -> float | None:
+        """The least range [m] so far that is no return because it comes again and again."""
+        return None
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What is worth knowing of the log so far; each was also told as a warning."""
         return ()
