@@ -20,10 +20,17 @@ LONGEST = 300  # characters that are shown of another's words
 
 
 def shown(text: str, longest: int = LONGEST) -> str:
-    """Return text of others in one line of bounded length, without control characters."""
-    line = " ".join(text[: 4 * longest].split())
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
-    return line if len(line) <= longest and len(text) <= 4 * longest else f"{line[:longest]}.."
+    """Return text of others in one line of bounded length, without control characters.
+
+    What is too long loses its middle.
+    """
+    if len(text) > 4 * longest:  # no need to look at all of it
+        text = f"{text[: 2 * longest]} .. {text[-2 * longest :]}"
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
+    if len(line) <= longest:
+        return line
+    end = longest // 3
+    return f"{line[: longest - end - 4]} .. {line[-end:]}"
 
 
 class LaserFeaturesError(Exception):

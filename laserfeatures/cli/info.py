@@ -12,6 +12,7 @@ import numpy as np
 import laserfeatures as lf
 from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.cli.scans import opened, progress, source_options
+from laserfeatures.errors import shown
 
 
 @click.command()
@@ -39,7 +40,7 @@ def info(source: str, **reading: Any) -> None:
         rows += [("notice", text) for text in (*scans.notices, *summary.doubts())]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
-        click.echo(f"{name:<{width}}  {value}")
+        click.echo(f"{name:<{width}}  {shown(value, 600)}")
 
 
 LONGEST, SHORTEST, FAR = 100_000, 4_000, 30_000  # [mm]; ranges beyond the first count as such

@@ -10,6 +10,7 @@ from urllib.parse import urlencode
 
 import click
 
+from laserfeatures.errors import shown
 from laserfeatures.sources.live import LiveSource
 from laserfeatures.sources.log import LOGGER
 
@@ -60,7 +61,7 @@ class _Teller(logging.Handler):
         """Say it."""
         if record.name == NOTICES and not self._notices:
             return
-        text = " ".join(record.getMessage().split())
+        text = shown(record.getMessage())
         if text != self.last:
             self.last = text
             click.echo(f"laserfeatures: {text}", err=True)

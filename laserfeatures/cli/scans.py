@@ -11,6 +11,7 @@ import click
 import laserfeatures as lf
 from laserfeatures.cli import values
 from laserfeatures.cli.ports import ended_by_ctrl_c, warnings_told
+from laserfeatures.errors import shown
 from laserfeatures.sources.formats import FORMATS
 from laserfeatures.sources.live import LiveSource
 from laserfeatures.sources.table import ANGLE_UNITS, DELIMITERS, RANGE_UNITS
@@ -122,7 +123,7 @@ def opened(source: str, *, told: bool = True, **options: Any) -> Iterator["Sourc
             what = "damaged frame" if isinstance(scans, LiveSource) else "broken record"
             click.echo(
                 f"laserfeatures: skipped {scans.skipped} {what}{'s' * (scans.skipped > 1)}; "
-                f"the first: {scans.first_error}",
+                f"the first: {shown(scans.first_error or '', 600)}",
                 err=True,
             )
 

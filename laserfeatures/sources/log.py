@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Literal, TypeVar
 
 from laserfeatures.data import LaserScan
-from laserfeatures.errors import SourceError
+from laserfeatures.errors import SourceError, shown
 from laserfeatures.sources.files import DAMAGE, LONGEST_LINE, MARK, is_bomb, is_gzip, open_stream
 
 OnError = Literal["raise", "skip"]
 Poses = Literal["none", "odometry", "corrected"]
 Wanted = Literal["odometry", "corrected"]
 LOGGER = logging.getLogger(__name__)
-LONGEST_PROBLEM = 300  # characters: a damaged line may be of any length
 Scans = Generator[LaserScan, None, None]
 Parsed = TypeVar("Parsed")
 
@@ -109,7 +108,7 @@ class Log:
         SourceError
             Unless `on_error` is "skip".
         """
-        text = " ".join(str(problem).split())[:LONGEST_PROBLEM]
+        text = shown(str(problem))
         message = f"{path or self.path}:{where}: {text}"
         if self.on_error == "raise":
             raise SourceError(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from laserfeatures.data import LaserScan
-from laserfeatures.errors import LaserFeaturesError, SourceError
+from laserfeatures.errors import LaserFeaturesError, SourceError, shown
 from laserfeatures.optional import optional
 from laserfeatures.sources.bag_messages import NEED, WALK, Bag, Indexed, Walked
 from laserfeatures.sources.beams import contradiction, even_scan
@@ -61,7 +61,7 @@ def _translated(path: Path) -> Iterator[None]:
     except LaserFeaturesError:
         raise
     except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
+        text = shown(str(error)) or type(error).__name__
         raise SourceError(
             f"{path}: the bag cannot be read: {text}; if a recording was cut, "
             "`rosbag reindex` or `ros2 bag reindex` may mend it"
@@ -121,17 +121,17 @@ def _choose(log: Log, bag: Bag) -> str:
             return log.topic
         raise SourceError(
             f"{log.path}: expected the LaserScan topic {log.topic}, "
-            f"got {', '.join(topics) or 'none'}; choose one of these with topic= (--topic)"
+            f"got {shown(', '.join(topics)) or 'none'}; choose one of these with topic= (--topic)"
         )
     if not topics:
-        others = ", ".join(sorted({topic for topic, _ in found})) or "none"
+        others = shown(", ".join(sorted({topic for topic, _ in found}))) or "none"
         raise SourceError(
             f"{log.path}: expected a topic of type {SCAN_TYPE}, got only others: {others}; "
             "record the laser's topic"
         )
     if len(topics) > 1:
         raise SourceError(
-            f"{log.path}: expected one LaserScan topic, got {', '.join(topics)}; "
+            f"{log.path}: expected one LaserScan topic, got {shown(', '.join(topics))}; "
             "choose one with topic= (--topic)"
         )
     return topics[0]
