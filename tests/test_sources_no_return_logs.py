@@ -94,7 +94,7 @@ def test_info_says_what_was_taken_and_what_it_cannot_judge(path):
     ranges, silent, _ = corridor()
     ranges[silent] = 8.0
     np.savez(path, ranges=ranges, angles=ANGLES)
-    assert "no return         8 m and beyond" in info(path)
+    assert "no return         8 m and beyond (--range-max" in info(path)
     assert f"notice            {silent.sum()} ranges of 8 m" in info(path, "--range-max", "20m")
     np.savez(path, ranges=corridor()[0], angles=ANGLES)
     assert "notice" not in info(path, "--range-max", "20m")

@@ -137,10 +137,11 @@ def test_options_that_make_no_sense(path, options, complaint):
 
 
 @pytest.mark.parametrize("order", [(1, 2, 0), (0, 1, 2)])
-def test_rplidar_text_with_the_quality_first_or_last(path, order):
+@pytest.mark.parametrize("between", [" ", "\t", ",", ";"])
+def test_rplidar_text_with_the_quality_first_or_last(path, order, between):
     degrees = np.arange(480) * 0.75
     columns = [np.full(480, 15.0), degrees, 2000.0 + degrees]
-    source, (scan,) = read(path, rows(*(columns[i] for i in order), between=" "))
+    source, (scan,) = read(path, rows(*(columns[i] for i in order), between=between))
     assert source.format == "rplidar"
     assert len(source.notices) == 1
     at_90 = scan.ranges[np.argmin(np.abs(scan.angles + math.pi / 2))]

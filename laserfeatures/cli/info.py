@@ -33,7 +33,9 @@ def info(source: str, **reading: Any) -> None:
             summary.add(scan)
         rows = [("format", scans.format), *summary.rows(), ("poses", scans.poses)]
         if scans.no_return is not None:
-            rows.append(("no return", f"{scans.no_return:g} m and beyond, by how often that comes"))
+            rows.append(
+                ("no return", f"{scans.no_return:g} m and beyond (--range-max says otherwise)")
+            )
         if scans.passed_over:
             counts = scans.passed_over.items()
             rows.append(("passed over", ", ".join(f"{count} {word}" for word, count in counts)))

@@ -46,6 +46,7 @@ SLAM = (b"NEFF", b"VERTEX2", b"EDGE2")
 OTHER = re.compile(rb"#.*|[A-Za-z][\w-]*")
 OTHER_LASERS = re.compile(rb"R?LASER\d?|(RAW|ROBOT)LASER\d")
 SICK = (180, 181, 361)  # beams of the SICK LMS, whose field of view is known
+FEWEST = 30  # beams of a rangefinder
 STEPS = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5}  # [degrees], of the SICK LMS
 
 
@@ -192,7 +193,7 @@ def angles_of(log: Log, name: str, count: int) -> FloatArray:
     """Return the same, or those that are asked for; it is told where they are a guess."""
     if log.field_of_view is not None:
         return spread_angles(count, log.field_of_view)
-    if count > 1 and count not in SICK:
+    if count >= FEWEST and count not in SICK:
         log.notice(
             "field of view",
             f"a {name} of {count} beams does not say its field of view: 180 deg are assumed; give "

@@ -19,7 +19,7 @@ from laserfeatures.errors import SourceError
 from laserfeatures.sources.beams import told_apart
 from laserfeatures.sources.files import MOST_BEAMS, read_head
 from laserfeatures.sources.log import Log, Scans
-from laserfeatures.sources.text_columns import rows_of, rplidar_columns
+from laserfeatures.sources.text_columns import rows_of, rplidar_columns, split_cells
 
 TITLE = re.compile(rb"#\s*(RPLIDAR|COUNT\s*=)")
 COUNT = re.compile(rb"#\s*COUNT\s*=\s*(\d+)")
@@ -33,7 +33,7 @@ def is_rplidar(head: bytes) -> bool:
 def read_rplidar(log: Log) -> Scans:
     """Yield the turns of such a file."""
     expected = None
-    rows, _ = rows_of(read_head(log.path))
+    rows, delimiter = rows_of(read_head(log.path))
     found = rplidar_columns(rows)
     place, width = (found, rows.shape[1]) if found else ((0, 1), 3)
     if found and not TITLE.match(read_head(log.path)):
@@ -49,7 +49,8 @@ def read_rplidar(log: Log) -> Scans:
             count = COUNT.match(line)
             expected = int(count[1]) if count else expected
             return None
-        return _measurement(line.split(), width, *place)
+        cells = split_cells(line.decode("ascii", "backslashreplace"), delimiter if found else None)
+        return _measurement(cells, width, *place)
 
     turn: list[tuple[float, float]] = []
     travelled, got = 0.0, 0
@@ -72,7 +73,7 @@ def read_rplidar(log: Log) -> Scans:
         log.broken("end", problem, EOFError(problem))
 
 
-def _measurement(tokens: list[bytes], width: int, at: int, beside: int) -> tuple[float, float]:
+def _measurement(tokens: list[str], width: int, at: int, beside: int) -> tuple[float, float]:
     if len(tokens) != width:
         raise ValueError(f"expected angle, distance and quality, got {len(tokens)} fields")
     angle, distance = float(tokens[at]), float(tokens[beside])
