@@ -30,11 +30,12 @@ def message(time, scan):
     return record(5, struct.pack("<HIQQ", 1, 0, time, time) + HUMBLE.serialize_cdr(scan, LASER))
 
 
-def chunk(content, begin, *, size=None, crc=None):
+def chunk(content, begin, *, size=None, crc=None, pack=bytes, compression=""):
     crc = zlib.crc32(content) if crc is None else crc
     size = len(content) if size is None else size
     head = struct.pack("<QQQI", begin, begin, size, crc)
-    return record(6, head + text("") + struct.pack("<Q", len(content)) + content)
+    content = pack(content)
+    return record(6, head + text(compression) + struct.pack("<Q", len(content)) + content)
 
 
 def summary(stated, *, indexed=(), start=0):

@@ -1,10 +1,13 @@
 """Bags whose index is missing, partial or of an old writer, and bags that were cut."""
 
+import importlib
 import re
 import sqlite3
 import struct
+import sys
 from contextlib import closing
 
+import numpy as np
 import pytest
 
 import laserfeatures as lf
@@ -12,8 +15,9 @@ import laserfeatures as lf
 pytest.importorskip("rosbags", reason="rosbags (extra ros) is not installed")
 
 from mcap_files import chunk, described, message, written
+from rosbags import rosbag1
 from rosbags.rosbag2 import StoragePlugin
-from test_sources_bags import HUMBLE, NOETIC, read, write1, write2
+from test_sources_bags import HUMBLE, LASER, NOETIC, read, write1, write2
 from test_sources_bags import message as scan_message
 
 
@@ -144,3 +148,46 @@ def test_an_angle_max_that_contradicts_is_named(tmp_path, caplog, count, last, s
         degrees = 180 / 3.141592653589793
         assert f"angle_max is {last * degrees:.2f} deg" in told[0]
         assert "2 x angle_increment is 28.65 deg" in told[0]
+
+
+@pytest.mark.parametrize("name", ["BZ2", "LZ4"])
+def test_packed_chunks_of_a_ros1_bag(tmp_path, name):
+    path = tmp_path / "a.bag"
+    writer = rosbag1.Writer(path)
+    writer.set_compression(rosbag1.Writer.CompressionFormat[name])
+    with writer:
+        connection = writer.add_connection("/scan", LASER, typestore=NOETIC)
+        rng = np.random.default_rng(0)
+        for time in range(1, 1000):
+            ranges = rng.random(900).astype(np.float32)
+            content = scan_message(NOETIC, ranges=ranges, angle_increment=0.001, angle_max=0.4)
+            writer.write(connection, time * 10**9, NOETIC.serialize_ros1(content, LASER))
+    assert stamps(path) == (999, [])
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) * 3 // 5])
+    count, (notice,) = stamps(path)
+    assert 200 < count < 999
+    assert "was cut here" in notice
+
+
+@pytest.mark.parametrize("kind", ["lz4", "zstd"])
+def test_packed_chunks_of_an_mcap(tmp_path, kind):
+    pack = {
+        "lz4": importlib.import_module("lz4.frame").compress,
+        "zstd": importlib.import_module(
+            "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
+        ).compress,
+    }[kind]
+    parts = [
+        chunk(described() + scans_at(1, 2), 1, pack=pack, compression=kind),
+        chunk(scans_at(3), 3, pack=pack, compression=kind),
+    ]
+    path = written(tmp_path / "a.mcap", parts, stated=3)
+    assert stamps(path) == (3, [])
+    bomb = chunk(bytes(1 << 26), 3, size=1000, pack=pack, compression=kind)
+    path = written(tmp_path / "b.mcap", [parts[0], bomb], stated=3)
+    with pytest.raises(lf.SourceError, match="expected a chunk of 1000 bytes, got more"):
+        read(path)
+    odd = chunk(scans_at(3), 3, compression="xz")
+    with pytest.raises(lf.SourceError, match=r"expected chunks packed with .* got 'xz'"):
+        read(written(tmp_path / "c.mcap", [parts[0], odd], stated=3))
