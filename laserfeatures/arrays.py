@@ -10,18 +10,27 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
+def unmasked(value: ArrayLike) -> ArrayLike:
+    """Return a masked array of NumPy with nan where it is masked, and any other as it is."""
+    if isinstance(value, np.ma.MaskedArray):
+        filled: FloatArray = np.ma.filled(np.ma.asarray(value, np.float64), np.nan)
+        return filled
+    return value
+
+
 def read_only(
     value: ArrayLike, name: str, shape: tuple[int | None, ...], dtype: type[np.generic] = np.float64
 ) -> NDArray[Any]:
     """Return `value` as a read-only C-contiguous array; None in `shape` stands for any length.
 
-    A read-only array is taken as it is, any other is copied.
+    A read-only array is taken as it is, any other is copied; numbers that are masked are nan.
 
     Raises
     ------
     ValueError
         If the shape differs.
     """
+    value = unmasked(value) if dtype is np.float64 else value
     array = np.asarray(value, dtype=dtype, order="C")
     if array.flags.writeable:
         array = array.copy()

@@ -16,6 +16,22 @@
 A wrong argument is a plain ``ValueError`` or ``TypeError``.
 """
 
+LONGEST = 300  # characters that are shown of another's words
+
+
+def shown(text: str, longest: int = LONGEST) -> str:
+    """Return text of others in one line of bounded length, without control characters.
+
+    What is too long loses its middle.
+    """
+    if len(text) > 4 * longest:  # no need to look at all of it
+        text = f"{text[: 2 * longest]} .. {text[-2 * longest :]}"
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
+    if len(line) <= longest:
+        return line
+    end = longest // 3
+    return f"{line[: longest - end - 4]} .. {line[-end:]}"
+
 
 class LaserFeaturesError(Exception):
     """Catch every error that laserfeatures raises on purpose."""

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only, unmasked
 
 GAP = 0.5  # [rad]; a wider one is no step of a ring with uneven steps
 FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
@@ -91,7 +91,8 @@ class LaserScan(Record):
     angles : (N,) array
         Direction of each beam [rad], strictly increasing, at most one turn.
     ranges : (N,) array
-        Measured range of each beam [m]. 0, inf, nan and anything outside the limits is no return.
+        Measured range of each beam [m]. 0, inf, nan, anything outside the limits and
+        what a mask of NumPy covers is no return.
     range_min, range_max : float
         Limits of the sensor [m]: a return r has ``range_min <= r < range_max``.
     stamp : float
@@ -156,7 +157,7 @@ class LaserScan(Record):
         ValueError
             As `LaserScan`.
         """
-        values = np.asarray(ranges, dtype=np.float64)
+        values = np.asarray(unmasked(ranges), dtype=np.float64)
         angles = angle_min + angle_increment * np.arange(values.size, dtype=np.float64)
         if angle_increment < 0:
             angles, values = angles[::-1], values[::-1]

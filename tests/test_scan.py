@@ -130,3 +130,18 @@ def test_a_pose_carries_points_into_its_frame():
     quarter = Pose2D(1.0, 2.0, math.pi / 2)
     np.testing.assert_allclose(quarter.transform([(1, 0), (0, 1)]), [(1, 3), (0, 2)], atol=1e-12)
     assert quarter.transform([]).shape == (0, 2)
+
+
+def test_what_a_mask_covers_is_no_return():
+    ranges = np.ma.masked_array([1, 2, 3], mask=[False, True, False])
+    for scan in (
+        LaserScan(angles=[0.0, 0.1, 0.2], ranges=ranges),
+        LaserScan.uniform(ranges, 0.0, 0.1),
+    ):
+        assert type(scan.ranges) is np.ndarray
+        assert scan.valid.tolist() == [True, False, True]
+        assert np.isnan(scan.ranges[1])
+    turned = LaserScan.uniform(np.ma.masked_array([1.0, 2.0], mask=[True, False]), 0.1, -0.1)
+    assert turned.valid.tolist() == [True, False]
+    with pytest.raises(ValueError, match="angles must be"):
+        LaserScan(angles=np.ma.masked_array([0.0, 0.1], mask=[0, 1]), ranges=[1.0, 2.0])

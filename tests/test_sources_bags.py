@@ -1,3 +1,4 @@
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -138,8 +139,17 @@ def test_names_that_rosbags_does_not_take(tmp_path):
 
 def test_a_cut_bag(tmp_path):
     path = write1(tmp_path / "a.bag", {"/scan": [message(NOETIC)] * 9})
-    path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(lf.SourceError, match=r"a.bag: the bag cannot be read: .*reindex"):
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-100])  # within the index, which is not needed
+    source, scans = read(path)
+    assert len(scans) == 9
+    assert re.match(r"byte \d+: the recording was cut here, ", *source.notices)
+    path.write_bytes(whole[:5000])  # within the only chunk
+    source, scans = read(path)
+    assert 1 <= len(scans) < 9
+    assert re.match(r"byte \d+: the recording was cut here, ", *source.notices)
+    path.write_bytes(whole[:4100])
+    with pytest.raises(lf.SourceError, match=r"a.bag: expected a topic of type .*none"):
         read(path)
 
 

@@ -206,3 +206,50 @@ def test_memory_does_not_grow_with_the_log(tmp_path):
         tracemalloc.stop()
     assert peaks[1] < 1.1 * peaks[0]
     assert peaks[1] < 20e6
+
+
+def rawlaser(number, ranges, start=-1.570796, fov=3.141593, res=0.017453):
+    values = " ".join(map(str, ranges))
+    return (
+        f"RAWLASER{number} 0 {start} {fov} {res} 81.0 0.01 0 {len(ranges)} {values} 0 "
+        "12.5 host 13.5\n"
+    )
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_raw_records_are_read_where_there_are_no_others(path, number):
+    text = "ODOM 0 0 0 0 0 0 1 h 1\n" + rawlaser(number, [2.0] * 181) * 2
+    source, (scan, _) = read(path, text)
+    assert (source.poses, source.passed_over, source.notices) == ("none", {"ODOM": 1}, ())
+    assert np.degrees(scan.angles) == pytest.approx(np.arange(-90, 91))
+    assert (scan.pose, scan.stamp, scan.range_max) == (None, 12.5, 81)
+    with pytest.raises(lf.SourceError, match="expected RAWLASER1 with"):
+        read(path, rawlaser(1, [2.0] * 3))
+
+
+def test_one_laser_is_read_and_the_records_of_others_are_counted(path):
+    rear = robotlaser([2.0] * 181).replace("ROBOTLASER1", "ROBOTLASER2")
+    raw = rawlaser(1, [2.0] * 181)
+    source, scans = read(path, rear * 2 + raw)
+    assert ([len(scan) for scan in scans], source.poses) == ([181, 181], "odometry")
+    assert scans[0].pose == lf.Pose2D(1, 2, 0.5)
+    assert source.passed_over == {"RAWLASER1": 1}
+    source, scans = read(path, raw * 3 + rear * 2 + flaser([1.0] * 180))
+    assert [len(scan) for scan in scans] == [180]
+    assert source.passed_over == {"RAWLASER1": 3, "ROBOTLASER2": 2}
+    source, scans = read(path, rawlaser(3, [2.0] * 181) + raw)
+    assert source.passed_over == {"RAWLASER3": 1}
+    source, scans = read(path, flaser([1.0] * 180).replace("FLASER", "RLASER"))
+    assert [len(scan) for scan in scans] == [180]
+
+
+@pytest.mark.parametrize("beams", [1081, 682, 360, 180, 181, 361])
+def test_a_field_of_view_that_is_guessed_is_told(path, beams):
+    source, _ = read(path, flaser([2.0] * beams) * 2)
+    assert len(source.notices) == (beams in {1081, 682, 360})
+    assert all(f"FLASER of {beams} beams" in text for text in source.notices)
+    source, (scan,) = read(path, flaser([2.0] * beams), field_of_view=(-0.5, 1.0))
+    assert source.notices == ()
+    assert (scan.angles[0], scan.angles[-1]) == (-0.5, pytest.approx(1.0))
+    with pytest.raises(ValueError, match="field_of_view must be in"):
+        read(path, flaser([2.0] * beams), field_of_view=(1.0, -0.5))

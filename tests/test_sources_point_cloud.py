@@ -276,3 +276,27 @@ def test_open3d_is_imported_only_for_clouds(tmp_path):
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603 - our own code
     assert done.stdout == "False\n"
+
+
+@pytest.mark.parametrize("kind", ["F4", "F8"])
+def test_a_cloud_that_is_far_from_the_scanner_is_refused_with_how_far(tmp_path, kind):
+    east, north = 399_000.0, 4_985_000.0  # UTM
+    directions = np.linspace(0, 2 * np.pi, 2000)
+    points = np.stack([3 * np.cos(directions), 2 * np.sin(directions), 0 * directions + 0.4], 1)
+    points += (east, north, 0)
+    size = kind[1]
+    path = tmp_path / "utm.pcd"
+    header = PCD.replace("4 4 4", f"{size} {size} {size}").replace("WIDTH 2", "WIDTH 2000")
+    header = header.replace("POINTS 2", "POINTS 2000").partition("ascii")[0] + "binary\n"
+    path.write_bytes(header.encode() + points.astype(f"<f{size}").tobytes())
+    with pytest.raises(lf.SourceError, match=r"5000940 m away: x = 39.*y = 49.*--origin"):
+        lf.open_source(path, slice_band=(0.3, 0.5))
+    with lf.open_source(path, slice_band=(0.3, 0.5), slice_origin=(east, north)) as source:
+        assert next(source).valid.any()
+
+
+def test_a_wall_that_is_seen_from_afar_is_a_scan(tmp_path):
+    points = np.random.default_rng(0).uniform((90, -40, 0.3), (91, 40, 0.5), (50_000, 3))
+    o3d.io.write_point_cloud(str(tmp_path / "a.pcd"), cloud_of(points))
+    with lf.open_source(tmp_path / "a.pcd", slice_band=(0.3, 0.5)) as source:
+        assert next(source).valid.any()

@@ -177,6 +177,6 @@ def test_rplidar_turns(path):
     assert scans[1].ranges.min() == pytest.approx(1.370)
     with pytest.raises(lf.SourceError, match="expected 5 measurements as #COUNT= says, got 2"):
         read(path, "#COUNT=5\n1 1000 15\n2 1000 15\n")[1]
-    _, (scan,) = read(path, "1 1000 15\n1 1001 15\n1 1002 15\n2 0 0\n")
+    _, (scan,) = read(path, "#RPLIDAR\n1 1000 15\n1 1001 15\n1 1002 15\n2 0 0\n")
     assert scan.ranges.tolist() == [0, 1, 1.001, 1.002]
     assert scan.valid.sum() == 3

@@ -11,9 +11,10 @@ from typing import Any, NoReturn
 
 import click
 
-from laserfeatures.errors import LaserFeaturesError
+from laserfeatures.errors import LaserFeaturesError, shown
 
 NAME = "laserfeatures"
+LONGEST = 900  # characters of a message
 BAD_INPUT = 2
 INTERRUPTED = 130  # as a shell reports Ctrl-C
 
@@ -63,13 +64,14 @@ class CommandGroup(click.Group):
             if error.errno == errno.EPIPE:
                 _discard_output()
                 ctx.exit(0)
-            where = f"{error.filename}: " if error.filename else ""
+            name = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
+            where = f"{name}: " if name else ""
             raise click.ClickException(f"{where}{error.strerror or error}") from error
         return result
 
 
 def _fail(message: str) -> NoReturn:
-    _say(f"error: {' '.join(message.split())}")
+    _say(f"error: {shown(message, LONGEST)}")
     sys.exit(BAD_INPUT)
 
 

@@ -10,8 +10,9 @@ import click
 import numpy as np
 
 import laserfeatures as lf
-from laserfeatures.arrays import FloatArray
+from laserfeatures.arrays import FloatArray, IntArray
 from laserfeatures.cli.scans import opened, progress, source_options
+from laserfeatures.errors import shown
 
 
 @click.command()
@@ -20,19 +21,31 @@ def info(source: str, **reading: Any) -> None:
     """Say what SOURCE holds.
 
     Its format, number of scans, beams, field of view, range limits, share of invalid readings, rate
-    and what its poses are. The whole log is read.
+    and what its poses are; what is taken for no return, which records are passed over, and what
+    the log leaves open ("notice"). The whole log is read.
     """
     summary = Summary()
     with (
-        opened(source, **reading) as scans,
+        opened(source, told=False, **reading) as scans,
         progress(scans, length=None, to_stdout=False) as bar,
     ):
         for scan in bar:
             summary.add(scan)
         rows = [("format", scans.format), *summary.rows(), ("poses", scans.poses)]
+        if scans.no_return is not None:
+            rows.append(
+                ("no return", f"{scans.no_return:g} m and beyond (--range-max says otherwise)")
+            )
+        if scans.passed_over:
+            counts = scans.passed_over.items()
+            rows.append(("passed over", ", ".join(f"{count} {word}" for word, count in counts)))
+        rows += [("notice", text) for text in (*scans.notices, *summary.doubts())]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
-        click.echo(f"{name:<{width}}  {value}")
+        click.echo(f"{name:<{width}}  {shown(value, 600)}")
+
+
+LONGEST, SHORTEST, FAR = 100_000, 4_000, 30_000  # [mm]; ranges beyond the first count as such
 
 
 @dataclass
@@ -48,6 +61,7 @@ class Summary:
     beams: Counter[int] = field(default_factory=Counter)
     views: Counter[str] = field(default_factory=Counter)
     limits: Counter[str] = field(default_factory=Counter)
+    millimetres: IntArray = field(default_factory=lambda: np.zeros(LONGEST + 1, np.int64))
 
     def add(self, scan: lf.LaserScan) -> None:
         """Count a scan."""
@@ -60,6 +74,8 @@ class Summary:
         self.stamps.append(scan.stamp)
         self.beams[len(scan)] += 1
         self.views[_view(scan)] += 1
+        cells = np.minimum(np.round(ranges * 1000), LONGEST).astype(np.int64)
+        self.millimetres += np.bincount(cells, minlength=LONGEST + 1)
         self.limits[f"{scan.range_min:g} to {scan.range_max:g} m"] += 1
 
     def rows(self) -> list[tuple[str, str]]:
@@ -74,6 +90,25 @@ class Summary:
             ("invalid readings", invalid),
             ("time", _time(np.array(self.stamps))),
         ]
+
+    def doubts(self) -> list[str]:
+        """Return what the ranges leave open."""
+        found = []
+        total = int(self.millimetres.sum())
+        i = int(np.argmax(self.millimetres[SHORTEST:-1])) + SHORTEST
+        many = int(self.millimetres[i])
+        around = int(self.millimetres[int(i * 0.99) : int(i * 1.01) + 2].sum()) - many
+        if many >= 20 and many >= 5 * around and many <= 0.9 * total:
+            found.append(
+                f"{many} ranges of {i / 1000:g} m, and hardly any near it: is that no return? If "
+                f"nothing farther counts, give --range-max {i / 1000:g}m"
+            )
+        if total and np.searchsorted(np.cumsum(self.millimetres), total / 2) > FAR:
+            found.append(
+                f"half of the ranges are beyond {FAR / 1000:g} m: are they metres? The range unit "
+                "may be another"
+            )
+        return found
 
 
 def _view(scan: lf.LaserScan) -> str:

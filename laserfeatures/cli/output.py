@@ -1,5 +1,6 @@
 """Output that is complete or absent."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,6 +8,8 @@ from pathlib import Path
 from typing import IO, Any
 
 import click
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
@@ -45,7 +48,7 @@ def complete_file(
         raise click.UsageError(f"-o {path} would overwrite the input: give another name")
     mode, encoding = ("wb", None) if binary else ("w", "utf-8")
     if target.exists() and not target.is_file():
-        with target.open(mode, encoding=encoding) as device:
+        with _named(target.open(mode, encoding=encoding), path) as device:
             yield device
         return
     aside = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -54,11 +57,23 @@ def complete_file(
     except OSError as error:
         raise click.UsageError(f"-o {path} cannot be written: {error.strerror}") from error
     try:
-        with file:
+        with _named(file, path):
             yield file
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+@contextmanager
+def _named(file: IO[Any], path: str) -> Iterator[IO[Any]]:
+    """Close a file at the end; an error of writing it, as of a full disk, names it."""
+    try:
+        with file:
+            yield file
+    except OSError as error:
+        if error.errno in NO_ROOM and error.filename is None:
+            raise OSError(error.errno, os.strerror(error.errno), path) from error
+        raise
 
 
 def _files_of(source: str) -> set[Path]:

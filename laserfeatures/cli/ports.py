@@ -10,10 +10,15 @@ from urllib.parse import urlencode
 
 import click
 
+from laserfeatures.errors import shown
 from laserfeatures.sources.live import LiveSource
+from laserfeatures.sources.log import LOGGER
 
 if TYPE_CHECKING:
     from laserfeatures.sources import Source
+
+
+NOTICES = LOGGER.name
 
 
 @contextmanager
@@ -48,19 +53,28 @@ class _Teller(logging.Handler):
 
     last = ""
 
+    def __init__(self, *, notices: bool) -> None:
+        super().__init__(logging.WARNING)
+        self._notices = notices
+
     def emit(self, record: logging.LogRecord) -> None:
         """Say it."""
-        text = " ".join(record.getMessage().split())
+        if record.name == NOTICES and not self._notices:
+            return
+        text = shown(record.getMessage())
         if text != self.last:
             self.last = text
             click.echo(f"laserfeatures: {text}", err=True)
 
 
 @contextmanager
-def warnings_told() -> Iterator[None]:
-    """Say on standard error what drivers warn of, such as a device that is waited for."""
-    logger = logging.getLogger("laserfeatures.drivers")
-    teller = _Teller(logging.WARNING)
+def warnings_told(*, notices: bool = True) -> Iterator[None]:
+    """Say on standard error what is warned of, such as a device that is waited for.
+
+    What is to be known of a log only if `notices`.
+    """
+    logger = logging.getLogger("laserfeatures")
+    teller = _Teller(notices=notices)
     propagate = logger.propagate
     logger.addHandler(teller)
     logger.propagate = False

@@ -11,8 +11,10 @@ import click
 import laserfeatures as lf
 from laserfeatures.cli import values
 from laserfeatures.cli.ports import ended_by_ctrl_c, warnings_told
+from laserfeatures.errors import shown
 from laserfeatures.sources.formats import FORMATS
 from laserfeatures.sources.live import LiveSource
+from laserfeatures.sources.table import ANGLE_UNITS, DELIMITERS, RANGE_UNITS
 
 if TYPE_CHECKING:
     from laserfeatures.sources import Source
@@ -44,9 +46,32 @@ _OPTIONS = (
     ),
     click.option(
         "--field-of-view",
-        type=values.Quantity("rad"),
+        type=values.QuantityOrPair("rad"),
         metavar="ANGLE",
-        help="From the first to the last beam, such as 180deg, for a log that does not tell.",
+        help="From the first to the last beam, for a log that does not tell: 180deg, or both ends "
+        "as -135deg..135deg.",
+    ),
+    click.option(
+        "--columns",
+        callback=lambda _ctx, _param, text: text and [name.strip() for name in text.split(",")],
+        metavar="NAMES",
+        help="Of a table without a header, such as -,angle,range: angle or clockwise, range, scan, "
+        "stamp; - for others.",
+    ),
+    click.option(
+        "--angle-unit",
+        type=click.Choice(list(ANGLE_UNITS)),
+        help="Of a table's angles, if its header does not say.",
+    ),
+    click.option(
+        "--range-unit",
+        type=click.Choice(list(RANGE_UNITS)),
+        help="Of a table's ranges, if its header does not say.",
+    ),
+    click.option(
+        "--delimiter",
+        type=click.Choice(list(DELIMITERS)),
+        help="Between a table's cells; else told by its first line.",
     ),
     click.option(
         "--slice",
@@ -73,10 +98,11 @@ def source_options(command: Command) -> Command:
 
 
 @contextmanager
-def opened(source: str, **options: Any) -> Iterator["Source"]:
+def opened(source: str, *, told: bool = True, **options: Any) -> Iterator["Source"]:
     """Open a source with those options; at the end say on standard error what was skipped.
 
-    A port's source ends with the first Ctrl-C as a log ends.
+    A port's source ends with the first Ctrl-C as a log ends. The source's notices are on standard
+    error, too, unless the command has another place for them (not `told`).
 
     Raises
     ------
@@ -86,7 +112,7 @@ def opened(source: str, **options: Any) -> Iterator["Source"]:
         If it cannot be read.
     """
     with ExitStack() as stack:
-        stack.enter_context(warnings_told())
+        stack.enter_context(warnings_told(notices=told))
         try:
             scans = stack.enter_context(lf.open_source(source, **options))
         except (TypeError, ValueError) as error:
@@ -97,7 +123,7 @@ def opened(source: str, **options: Any) -> Iterator["Source"]:
             what = "damaged frame" if isinstance(scans, LiveSource) else "broken record"
             click.echo(
                 f"laserfeatures: skipped {scans.skipped} {what}{'s' * (scans.skipped > 1)}; "
-                f"the first: {scans.first_error}",
+                f"the first: {shown(scans.first_error or '', 600)}",
                 err=True,
             )
 

@@ -115,6 +115,21 @@ class Pair(click.ParamType[tuple[float, float]]):
         return first, second
 
 
+class QuantityOrPair(click.ParamType[float | tuple[float, float]]):
+    """An option's type: a number as of `Quantity`, or two with ".." between them."""
+
+    def __init__(self, unit: str) -> None:
+        self._one, self._two = Quantity(unit), Pair(unit, "..")
+        self.name = f"{self._one.name}, or two of them"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | tuple[float, float]:
+        """Return the number or both in the SI unit."""
+        kind = self._two if ".." in str(value) else self._one
+        return kind.convert(value, param, ctx)
+
+
 def _parse_union(text: str, kinds: tuple[Any, ...], unit: str | None) -> object:
     if types.NoneType in kinds and text.lower() == "none":
         return None

@@ -30,6 +30,7 @@ PLY_SIZES = {  # bytes; of a list, what an empty one takes
     **dict.fromkeys(("double", "float64"), 8),
 }
 PCD_KINDS = {"F4", *(f"{sign}{size}" for sign in "IU" for size in (1, 2, 4))}
+LZF_MOST = 88  # bytes that one packed byte can stand for
 PCD_DATA = {"ascii": "text", "binary": "binary", "binary_compressed": "compressed"}
 
 
@@ -217,6 +218,8 @@ def _check_size(file: BinaryIO, layout: Layout) -> None:
         packed, unpacked = struct.unpack("<II", sizes) if len(sizes) == 8 else (0, 0)
         if unpacked != need:
             raise ValueError(f"expected {need} bytes of points, got {unpacked} packed ones")
+        if unpacked > LZF_MOST * packed + LZF_MOST:
+            raise ValueError(f"expected {unpacked} bytes of points, got {packed} packed ones")
         need = packed
     have = os.fstat(file.fileno()).st_size - file.tell()
     if have < need:

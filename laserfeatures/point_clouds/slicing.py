@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, unmasked
 from laserfeatures.point_clouds.library import of_type
 from laserfeatures.scan import LaserScan, Pose2D
 
@@ -135,6 +135,7 @@ def _positions(cloud: "PointCloud | FloatArray") -> FloatArray:
     """Return the finite points of a cloud or array, (N, 3)."""
     if not isinstance(cloud, np.ndarray):
         cloud = np.asarray(of_type(cloud, "PointCloud", " or (N, 3) array").points)
+    cloud = np.asarray(unmasked(cloud))
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise ValueError(f"points must have shape (n, 3), got {cloud.shape}")
     finite: FloatArray = cloud[np.isfinite(cloud).all(axis=1)].astype(np.float64, copy=False)

@@ -35,6 +35,8 @@ from laserfeatures.simulation.world import SHORTEST, WHITE, World
 
 LISTS = ("wall", "outline", "box", "pole")
 SINGLES = ("drive", "scanner")
+LARGEST = 1 << 22  # bytes; 10,000 walls take 500 kB
+DEEP = re.compile(r"""([\w"'-]{1,40}[ \t]*\.[ \t]*){50}""")  # tomllib takes its time for them
 
 
 def read_plan(path: str | PathLike[str]) -> Plan:
@@ -48,8 +50,14 @@ def read_plan(path: str | PathLike[str]) -> Plan:
         If the file cannot be read or makes no plan; the message names the line.
     """
     path = Path(path)
+    if path.exists() and not path.is_dir() and not path.is_file():
+        raise SourceError(
+            f"{path}: expected a file, got a pipe or device; write it to a file first"
+        )
+    if path.is_file() and path.stat().st_size > LARGEST:
+        raise SourceError(f"{path}: expected a plan of at most {LARGEST} bytes, got a larger file")
     try:
-        text = path.read_bytes().decode()
+        text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise SourceError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -61,13 +69,20 @@ def read_plan(path: str | PathLike[str]) -> Plan:
 def parse_plan(text: str, path: Path) -> Plan:
     """Return the plan that a TOML text holds, as `read_plan`; `path` is what errors call it."""
     text = text.replace("\r\n", "\n")
+    deep = DEEP.search(text)
+    if deep:
+        line = text.count("\n", 0, deep.start()) + 1
+        raise SourceError(f"{path}:{line}: expected a plan, got a key of more than 50 parts")
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # ValueError: also a number of too many digits
         found = re.search(r"at line (\d+)", str(error))
         line = int(found[1]) if found else text.rstrip("\n").count("\n") + 1
         raise SourceError(f"{path}:{line}: expected TOML, got a mistake: {error}") from error
-    return _Reader(path, text).plan(tables)
+    try:
+        return _Reader(path, text).plan(tables)
+    except RecursionError as error:
+        raise SourceError(f"{path}: expected a plan, got values within values") from error
 
 
 @dataclass(frozen=True)

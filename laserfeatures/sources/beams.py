@@ -1,5 +1,6 @@
 """Beam directions, one read-only array for all scans with the same beams."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -29,11 +30,18 @@ def even_angles(count: int, first: float, step: float) -> FloatArray:
     return angles
 
 
-def spread_angles(count: int, field_of_view: float) -> FloatArray:
-    """Return `count` directions spread evenly over `field_of_view` [rad], symmetric about 0."""
+def spread_angles(count: int, field_of_view: float | tuple[float, float]) -> FloatArray:
+    """Return `count` directions spread evenly over `field_of_view` [rad].
+
+    That is from its first to its second value, or, if it is one, symmetric about 0.
+    """
+    if isinstance(field_of_view, tuple):
+        first, last = field_of_view
+    else:
+        first, last = -field_of_view / 2, field_of_view / 2
     if count < 2:
-        return even_angles(count, 0.0, 1.0)
-    return even_angles(count, -field_of_view / 2, field_of_view / (count - 1))
+        return even_angles(count, (first + last) / 2, 1.0)
+    return even_angles(count, first, (last - first) / (count - 1))
 
 
 def even_scan(
@@ -61,6 +69,30 @@ def even_scan(
         range_max=range_max,
         stamp=stamp,
         pose=pose,
+    )
+
+
+def told_apart(angles: FloatArray) -> FloatArray:
+    """Return angles in order, (N,) [rad], equal ones moved by the least step there is."""
+    angles = angles.copy()
+    for i in np.flatnonzero(np.diff(angles) <= 0) + 1:
+        angles[i] = np.nextafter(angles[i - 1], np.inf)
+    return angles
+
+
+def contradiction(first: float, step: float, count: int, last: float) -> str | None:
+    """Return what to say where `last` [rad] is not the direction of the last of `count` beams.
+
+    Some drivers give the direction of the next one, which is none.
+    """
+    off = (last - first) / step - (count - 1) if count > 1 and step else 0.0
+    if -0.5 <= off <= 1.5 or not math.isfinite(off):
+        return None
+    return (
+        f"angle_max is {math.degrees(last):.2f} deg, but angle_min + {count - 1} x angle_increment "
+        f"is {math.degrees(first + (count - 1) * step):.2f} deg: the increment, "
+        f"{math.degrees(step):.4f} deg, is believed; by angle_min and angle_max a beam comes every "
+        f"{math.degrees((last - first) / (count - 1)):.4f} deg"
     )
 
 

@@ -74,7 +74,8 @@ class CarmenPoses:
             if not self._asked:
                 yield reading
                 continue
-            held.append(reading._replace(pose=compose(reading.odometry or reading.pose, mounting)))
+            pose = reading.odometry or reading.pose
+            held.append(reading._replace(pose=pose and compose(pose, mounting)))
             if self._raw or not self._corrected:
                 yield from held
                 held = []
@@ -86,7 +87,7 @@ class CarmenPoses:
 
     def _look(self, reading: Reading) -> Pose2D:
         """Take in a reading's poses; return where the laser sits on the robot."""
-        if reading.odometry is None:
+        if reading.odometry is None or reading.pose is None:
             return Pose2D(0.0, 0.0, 0.0)
         between = relative(reading.odometry, reading.pose)
         if self._first is None:

@@ -92,7 +92,7 @@ def _scan(scan: LaserScan, laser: Pose2D, odometry: Pose2D) -> str:
     count = len(scan)
     values = " ".join([str(count), *map(repr, ranges.tolist())])
     poses = f"{_pose(laser)} {_pose(odometry)}"
-    if np.allclose(scan.angles, flaser_angles(count, None), rtol=0, atol=TOLERANCE):
+    if np.allclose(scan.angles, flaser_angles(count), rtol=0, atol=TOLERANCE):
         return f"FLASER {values} {poses} {_time(scan.stamp)}\n"
     start, view, step = _directions(scan)
     limit = scan.range_max if math.isfinite(scan.range_max) else 0.0

@@ -8,8 +8,28 @@ from typing import BinaryIO, cast
 from laserfeatures.errors import SourceError
 
 GZIP_MAGIC = b"\x1f\x8b"
+MARK = b"\xef\xbb\xbf"  # the byte-order mark of UTF-8, which is no content
+WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff")
+LONGEST_LINE = 1 << 22  # bytes; a scan of 100,000 beams takes 1 MB
+MOST_BEAMS = 1_000_000  # of a scan that is put together from lines
+LARGE, SWOLLEN = 1 << 26, 200  # bytes; times: logs unpack to 3 to 30 times their size
 HEAD_BYTES = 1 << 16  # enough for the longest preamble seen (171 PARAM lines)
 DAMAGE = (EOFError, OSError, zlib.error)  # what reading a damaged gzip file raises
+
+
+def check_regular(path: Path) -> None:
+    """Refuse what cannot be read twice or has no end, without opening it: that might block.
+
+    Raises
+    ------
+    SourceError
+        If there is something at `path` that is neither a file nor a folder.
+    """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise SourceError(
+            f"{path}: expected a file or folder, got a pipe or device, which cannot be read twice; "
+            "write it to a file first"
+        )
 
 
 def is_gzip(path: Path) -> bool:
@@ -30,6 +50,11 @@ def open_stream(path: Path) -> BinaryIO:
         raise cannot_open(path, error) from error
 
 
+def is_bomb(unpacked: int, packed: int) -> bool:
+    """Return whether so many bytes out of so many packed ones are no data that anybody measured."""
+    return unpacked > LARGE and unpacked > SWOLLEN * packed
+
+
 def read_head(path: Path) -> bytes:
     """Return the first bytes of the file at `path`, unpacked, as far as they can be unpacked.
 
@@ -45,15 +70,15 @@ def read_head(path: Path) -> bytes:
         raise cannot_open(path, error) from error
     if not raw:
         raise SourceError(f"{path}: the file is empty; expected a log, table or bag of laser scans")
-    if not raw.startswith(GZIP_MAGIC):
-        return raw
-    head = _unpack(raw)
+    head = _unpack(raw) if raw.startswith(GZIP_MAGIC) else raw
     if not head:
         raise SourceError(
             f"{path}: the gzip data hold no content, or are damaged at the start; "
             "fetch or write the file again"
         )
-    return head
+    if head.startswith(WIDE_MARKS):
+        raise SourceError(f"{path}: expected text in UTF-8, got UTF-16; write it as UTF-8")
+    return head.removeprefix(MARK)
 
 
 def _unpack(raw: bytes) -> bytes:

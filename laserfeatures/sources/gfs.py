@@ -3,7 +3,7 @@
 The pose is raw odometry, the stamp complete. Directions are those of FLASER (see `carmen`).
 """
 
-from laserfeatures.sources.carmen import check_word, flaser_angles, pose_of, ranges_of, stamp_of
+from laserfeatures.sources.carmen import angles_of, check_word, pose_of, ranges_of, stamp_of
 from laserfeatures.sources.log import Log, Scans
 from laserfeatures.sources.readings import Reading, finish
 
@@ -24,17 +24,19 @@ def read_gfs(log: Log) -> Scans:
     def parse(line: bytes) -> Reading | None:
         word = line[:64].split(None, 1)[:1]
         if word == [SCAN]:
-            return _reading(line.split(), log.field_of_view)
+            return _reading(log, line.split())
         if word and word[0] not in seen:
             check_word(word[0], (SCAN,))
             seen.add(word[0])
+        if word and not word[0].startswith(b"#"):
+            log.passed_over[word[0].decode("ascii", "backslashreplace")] += 1
         return None
 
     yield from finish(log, log.records(parse))
 
 
-def _reading(tokens: list[bytes], field_of_view: float | None) -> Reading:
+def _reading(log: Log, tokens: list[bytes]) -> Reading:
     name = SCAN.decode()
     ranges, rest = ranges_of(tokens, name, 1, (4,))
-    angles = flaser_angles(ranges.size, field_of_view)
+    angles = angles_of(log, name, ranges.size)
     return Reading(angles, ranges, stamp_of(rest[3]), pose_of(rest[:3], name))

@@ -15,6 +15,10 @@ kept from then on:
   ranges up to 1 % below it together, and is not nearly all there is. A true largest range is rare,
   and nearly as long ones are more frequent. The limit is then the plateau's lower end;
 - what is left below a limit is looked at again, for logs that hold both;
+- a *cloud* of ranges at the top counts as well, where software has added noise or offsets to the
+  maximum: ten times as many within 3 % of the largest as in the quarter below, from 20 m on, on a
+  fifth of all beams. Where the limit is known, ranges just below it are such a cloud if they are
+  ten times as many as those below them, become more up to the limit, and go on beyond it;
 - a later block with true ranges beyond the limit shows that there was none.
 
 One number is one limit: `range_max` of the scans, and a range at or beyond it is no return.
@@ -32,6 +36,9 @@ CENTIMETRE_BAND = (81.825, 81.915)
 MILLIMETRE_BAND = (32.7585, 32.7675)
 SHORT_BANDS = ((16.3745, 16.3835), (8.1825, 8.1915))
 SHORTEST_PLATEAU = 4.0
+SHORTEST_CLOUD = 20.0  # [m]; a round hall may be smaller
+WIDTH = 0.03  # of the largest range
+FEWEST = 10
 
 
 @dataclass
@@ -47,7 +54,8 @@ class RangeLimit:
         keep = (ranges > 0) & np.isfinite(ranges)
         ranges, beams = ranges[keep], beams[keep]
         found = math.inf
-        while ranges.size and (limit := _limit(ranges, beams)) < found:
+        count = int(beams.max(initial=0)) + 1
+        while ranges.size and (limit := _limit(ranges, beams, count)) < found:
             found = limit
             below = ranges < found
             ranges, beams = ranges[below], beams[below]
@@ -57,7 +65,7 @@ class RangeLimit:
         return self.value
 
 
-def _limit(ranges: FloatArray, beams: IntArray) -> float:
+def _limit(ranges: FloatArray, beams: IntArray, count: int) -> float:
     """Return the lower end of the no-return values at the top of `ranges`, or inf."""
     top = float(ranges.max())
     if _within(top, CENTIMETRE_BAND):
@@ -65,7 +73,43 @@ def _limit(ranges: FloatArray, beams: IntArray) -> float:
     if _within(top, MILLIMETRE_BAND) and not _is_whole(top / 0.01):
         return MILLIMETRE_BAND[0]
     low = next((band[0] for band in SHORT_BANDS if _within(top, band)), top)
-    return low if _is_plateau(ranges, beams, low) else math.inf
+    return low if _is_plateau(ranges, beams, low) else _cloud(ranges, beams, count)
+
+
+def _cloud(ranges: FloatArray, beams: IntArray, count: int) -> float:
+    """Return the lower end of a cloud of ranges at the top, far from all others, or inf."""
+    edge = (1 - WIDTH) * float(ranges.max())
+    on_top = ranges >= edge
+    low = float(ranges[on_top].min())
+    below = np.count_nonzero((ranges >= 0.75 * low) & ~on_top)
+    many = int(np.count_nonzero(on_top))
+    is_cloud = (
+        low >= SHORTEST_CLOUD
+        and many >= FEWEST
+        and many >= 10 * below
+        and many <= 0.9 * ranges.size
+        and np.unique(beams[on_top]).size >= count / 5
+    )
+    return low if is_cloud else math.inf
+
+
+def below_limit(ranges: FloatArray, limit: float) -> float:
+    """Return the lower end of the no-returns with noise around a known limit [m], or that limit."""
+    if not limit < math.inf:
+        return limit
+    beyond = np.count_nonzero((ranges >= limit) & (ranges <= (1 + WIDTH) * limit))
+    near = ranges[(ranges >= (1 - WIDTH) * limit) & (ranges < limit)]
+    if not near.size:
+        return limit
+    low = float(near.min())
+    farther = np.count_nonzero((ranges >= 0.9 * limit) & (ranges < (1 - WIDTH) * limit))
+    is_cloud = (
+        near.size >= FEWEST
+        and near.size >= 10 * farther
+        and beyond >= 0.3 * near.size
+        and np.mean(near >= (low + limit) / 2) >= 0.8
+    )
+    return low if is_cloud else limit
 
 
 def _is_plateau(ranges: FloatArray, beams: IntArray, low: float) -> bool:

@@ -11,6 +11,8 @@ The archive does not say what its poses are; they count as odometry, or as what 
 
 import io
 import math
+import zipfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +20,8 @@ from numpy.typing import NDArray
 
 from laserfeatures.arrays import FloatArray, read_only
 from laserfeatures.data import LaserScan, Pose2D
-from laserfeatures.errors import SourceError
-from laserfeatures.sources.files import DAMAGE, open_stream
+from laserfeatures.errors import SourceError, shown
+from laserfeatures.sources.files import DAMAGE, is_bomb, is_gzip, open_stream
 from laserfeatures.sources.log import Log, Scans
 
 NAMES = ("angles", "stamps", "poses", "range_min", "range_max")
@@ -79,26 +81,70 @@ def _as_floats(array: NDArray[Any]) -> FloatArray:
     if array.dtype.kind not in "biuf":
         raise TypeError(f"an array of type {array.dtype}")
     with np.errstate(over="ignore", invalid="ignore"):
-        return array.astype(np.float64)
+        return array.astype(np.float64, copy=False)
+
+
+def _content(path: Path) -> Path | io.BytesIO:
+    """Return what NumPy can read: gzip data are unpacked, as they cannot be sought in."""
+    if not is_gzip(path):
+        return path
+    content = io.BytesIO()
+    packed = path.stat().st_size
+    with open_stream(path) as stream:
+        while block := stream.read(1 << 20):
+            content.write(block)
+            if is_bomb(content.tell(), packed):
+                raise ValueError(f"{packed} packed bytes of more than {content.tell()}")
+    content.seek(0)
+    return content
+
+
+def _check_sizes(archive: zipfile.ZipFile, known: set[str]) -> None:
+    """Look at what the arrays say of themselves before there is memory for them.
+
+    Raises
+    ------
+    ValueError
+        If that is more than their bytes can hold, or these are packed as no measured data are.
+    """
+    for member in archive.infolist():
+        if member.filename.removesuffix(".npy") not in known:
+            continue
+        if is_bomb(member.file_size, member.compress_size):
+            raise ValueError(
+                f"{member.filename}: {member.compress_size} packed bytes of {member.file_size}"
+            )
+        with archive.open(member) as file:
+            version = np.lib.format.read_magic(file)
+            read = np.lib.format.read_array_header_1_0
+            if version != (1, 0):
+                read = np.lib.format.read_array_header_2_0
+            shape, _, kind = read(file)
+        if max(math.prod(shape) * kind.itemsize, *shape, 0) > member.file_size:
+            raise ValueError(f"{member.filename}: {shape} numbers in {member.file_size} bytes")
 
 
 def _load(log: Log) -> dict[str, FloatArray]:
     """Return the known arrays of the archive."""
+    known = {"ranges", *NAMES}
     try:
-        with open_stream(log.path) as stream:
-            content = io.BytesIO(stream.read())  # unpacked gzip data cannot be sought in
+        content = _content(log.path)
     except DAMAGE as error:
         raise SourceError(
             f"{log.path}: the gzip data are cut or damaged ({error}); fetch the file again"
         ) from error
-    known = {"ranges", *NAMES}
+    except ValueError as error:
+        raise SourceError(f"{log.path}: expected measured data, got {error}") from error
     try:
+        with zipfile.ZipFile(content) as zipped:
+            _check_sizes(zipped, known)
         with np.load(content, allow_pickle=False) as archive:
             arrays = {name: _as_floats(archive[name]) for name in archive.files if name in known}
             names = ", ".join(archive.files)
     except Exception as error:
+        text = shown(str(error))
         raise SourceError(
-            f"{log.path}: expected a .npz archive of number arrays, got: {error}; write it again "
+            f"{log.path}: expected a .npz archive of number arrays, got: {text}; write it again "
             "with numpy.savez"
         ) from error
     if not {"ranges", "angles"} <= arrays.keys():

@@ -1,19 +1,21 @@
 """`open_source`: the one way from a file or port to its scans."""
 
-import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
 from laserfeatures.drivers import DRIVERS, is_address
 from laserfeatures.errors import SourceError
+from laserfeatures.scan import FULL_TURN
 from laserfeatures.sources.formats import FORMATS, find_format
 from laserfeatures.sources.log import Log, OnError, Wanted
 from laserfeatures.sources.log_source import LogSource
 from laserfeatures.sources.port import PortSource, driver_of
 from laserfeatures.sources.replay import SCHEME, ReplaySource
 from laserfeatures.sources.source import Source
+from laserfeatures.sources.table import ANGLE_UNITS, DELIMITERS, RANGE_UNITS, check_columns
 
 URL = re.compile(r"[a-z][a-z0-9+]+:/")
 
@@ -25,10 +27,14 @@ def open_source(
     on_error: OnError = "raise",
     topic: str | None = None,
     range_max: float | None = None,
-    field_of_view: float | None = None,
+    field_of_view: float | tuple[float, float] | None = None,
     slice_band: tuple[float, float] | None = None,
     slice_origin: tuple[float, float] | None = None,
     poses: Wanted | None = None,
+    columns: Sequence[str] | None = None,
+    angle_unit: str | None = None,
+    range_unit: str | None = None,
+    delimiter: str | None = None,
 ) -> Source:
     r"""Open a log, table or bag of laser scans, a point cloud, a plan for a robot, or a port.
 
@@ -50,9 +56,9 @@ def open_source(
         Which topic of a bag to read; needed if several hold laser scans.
     range_max : float, optional
         Range at and beyond which there is no return [m], instead of the log's or sensor's own.
-    field_of_view : float, optional
-        Angle from the first to the last beam [rad], symmetric about the front, for the logs that
-        do not say (carmen, gfs).
+    field_of_view : float or (float, float), optional
+        Angle from the first to the last beam [rad], symmetric about the front, or the directions
+        of both, for the logs that do not say (carmen, gfs).
     slice_band : (float, float), optional
         The heights ``low <= z < high`` [m] of a point cloud to scan; needed for one.
     slice_origin : (float, float), optional
@@ -61,6 +67,15 @@ def open_source(
         Which poses the scans must have: raw odometry, or those that a SLAM program has corrected
         (a simulated robot's: the true ones). Of a log that has both (carmen, plan) it chooses, any
         other is refused if its poses are of the other kind, or if it has none.
+    columns : sequence of str, optional
+        Of a table without a header, what its columns are: "angle" (counter-clockwise) or
+        "clockwise", and "range"; "scan", "stamp"; "intensity", "quality" and "-" are passed over.
+    angle_unit : {"rad", "deg"}, optional
+        Of a table's angles, where its header does not say.
+    range_unit : {"m", "cm", "mm"}, optional
+        Of a table's ranges, where its header does not say.
+    delimiter : {",", ";", "tab", "space"}, optional
+        What stands between a table's cells; told by its first line if left out.
 
     Returns
     -------
@@ -85,6 +100,7 @@ def open_source(
     --------
     >>> import tempfile
     >>> from pathlib import Path
+    from typing import Any
     >>> log = Path(tempfile.mkdtemp(), "two_beams.csv")
     >>> _ = log.write_text("stamp,-0.1,0.1\n5.0,2.0,\n")
     >>> with open_source(log) as scans:
@@ -97,17 +113,24 @@ def open_source(
         raise ValueError(f"on_error must be 'raise' or 'skip', got {on_error!r}")
     if range_max is not None and not range_max > 0:
         raise ValueError(f"range_max must be > 0 m, got {range_max!r}")
-    if field_of_view is not None and not 0 < field_of_view <= 2 * math.pi:
-        raise ValueError(f"field_of_view must be in (0, 2 pi] rad, got {field_of_view!r}")
+    view = field_of_view
+    width = view[1] - view[0] if isinstance(view, tuple) else view
+    if width is not None and not 0 < width <= FULL_TURN:
+        raise ValueError(f"field_of_view must be in (0, 2 pi] rad, got {view!r}")
     if slice_band is not None and not slice_band[0] < slice_band[1]:
         low, high = slice_band
         raise ValueError(f"slice_band must be low < high [m], got {low!r} and {high!r}")
-    options = {
+    options: dict[str, Any] = {
         "topic": topic,
         "field_of_view": field_of_view,
         "slice_band": slice_band,
         "slice_origin": slice_origin,
+        "columns": columns,
+        "angle_unit": angle_unit,
+        "range_unit": range_unit,
+        "delimiter": delimiter,
     }
+    _check_table(options)
     if poses not in {None, "odometry", "corrected"}:
         raise ValueError(f"poses must be 'odometry' or 'corrected', got {poses!r}")
     if _is_live(name):
@@ -117,13 +140,28 @@ def open_source(
         if name.startswith(SCHEME):
             return ReplaySource(name, on_error=on_error, range_max=range_max)
         return PortSource(*driver_of(name), name=name, range_max=range_max)
-    log = Log(
-        Path(name), on_error, topic, range_max, field_of_view, slice_band, slice_origin, poses
-    )
-    found = find_format(log.path, format)
+    log = Log(Path(name), on_error, range_max=range_max, wanted=poses, **options)
+    found = find_format(log.path, format, columns=bool(columns))
     alien = {option: options[option] for option in options.keys() - set(FORMATS[found].options)}
     _refuse(name, f"the format {found!r}", alien)
     return LogSource(log, found)
+
+
+def _check_table(options: dict[str, Any]) -> None:
+    """Check the options of tables."""
+    units: dict[str, Iterable[str]] = {
+        "angle_unit": ANGLE_UNITS,
+        "range_unit": RANGE_UNITS,
+        "delimiter": DELIMITERS,
+    }
+    for option, known in units.items():
+        if options[option] is not None and options[option] not in known:
+            raise ValueError(f"{option} must be one of {', '.join(known)}, got {options[option]!r}")
+    if options["columns"] is not None:
+        if isinstance(options["columns"], str):
+            raise ValueError(f"columns must be a sequence of names, got {options['columns']!r}")
+        options["columns"] = tuple(options["columns"])
+        check_columns(options["columns"])
 
 
 def _is_live(name: str) -> bool:

@@ -9,10 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from laserfeatures.arrays import FloatArray
 from laserfeatures.data import Pose2D
 from laserfeatures.errors import SourceError
 from laserfeatures.point_clouds import read_point_cloud, slice_point_cloud
 from laserfeatures.sources.log import Log, Scans
+
+FAR = 100.0  # [m] from a cloud, at which a scanner is out of place
 
 
 def read_cloud(log: Log) -> Scans:
@@ -35,6 +38,8 @@ def read_cloud(log: Log) -> Scans:
             f"z = {heights.min():.3f} .. {heights.max():.3f} m; choose one with "
             "slice_band=(low, high) (--slice LOW..HIGH)"
         )
+    if log.slice_origin is None:
+        _check_near(log, np.asarray(cloud.points))
     try:
         scan = slice_point_cloud(
             cloud,
@@ -48,3 +53,17 @@ def read_cloud(log: Log) -> Scans:
             "(--origin)"
         ) from error
     yield replace(scan, pose=None)
+
+
+def _check_near(log: Log, points: FloatArray) -> None:
+    """Raise a SourceError if a scanner at 0, 0 is far from a cloud, as from one in UTM."""
+    flat = points[np.isfinite(points).all(axis=1)][:, :2]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    away = float(np.hypot(*np.maximum(np.maximum(low, -high), 0.0)))
+    if away > FAR and away > 3 * float(np.hypot(*(high - low))):
+        (x0, y0), (x1, y1) = low.tolist(), high.tolist()
+        raise SourceError(
+            f"{log.path}: expected a cloud around the scanner at 0, 0, got one {away:.0f} m away: "
+            f"x = {x0:.2f} .. {x1:.2f} m, y = {y0:.2f} .. {y1:.2f} m; say where the scanner "
+            "stands with slice_origin=(x, y) (--origin X,Y)"
+        )

@@ -1,7 +1,8 @@
 """ROS 1 bags, ROS 2 bags and MCAP: the sensor_msgs/LaserScan messages of one topic.
 
-Read with the rosbags package (extra `ros`). The stamp is the header's, or the bag's where that is
-0; the limits are the message's. The scans have no pose.
+Messages are read with the rosbags package (extra `ros`). The stamp is the header's, or the bag's
+where that is 0; the limits are the message's. The scans have no pose. A bag without an index, or
+that was cut, is read as far as it goes.
 """
 
 import math
@@ -13,15 +14,14 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from laserfeatures.data import LaserScan
-from laserfeatures.errors import LaserFeaturesError, SourceError
+from laserfeatures.errors import LaserFeaturesError, SourceError, shown
 from laserfeatures.optional import optional
-from laserfeatures.sources.beams import even_scan
+from laserfeatures.sources.bag_messages import NEED, WALK, Bag, Indexed, Walked
+from laserfeatures.sources.beams import contradiction, even_scan
 from laserfeatures.sources.files import read_head
 from laserfeatures.sources.log import Log, Scans
 
 if TYPE_CHECKING:
-    from rosbags.highlevel import AnyReader
-    from rosbags.interfaces import Connection
     from rosbags.typesys.stores.latest import sensor_msgs__msg__LaserScan as Message
 
 SCAN_TYPE = "sensor_msgs/msg/LaserScan"
@@ -38,15 +38,16 @@ def read_bag(log: Log) -> Scans:
     SourceError
         If the bag cannot be read, or does not say which topic.
     """
-    with _translated(log.path), _open(log.path) as reader:
-        topic = _choose(log, reader)
-        messages = _messages(log, reader, topic)
-        for number, (connection, time, data) in enumerate(messages, 1):
-            where = f"{connection.topic}:message {number}"
+    with _translated(log.path), _open(log) as bag:
+        topic = _choose(log, bag)
+        for number, (time, data) in enumerate(_messages(log, bag, topic), 1):
             try:
-                message = cast("Message", reader.deserialize(data, connection.msgtype))
-                scan = _scan(message, time, log.range_max)
+                message = cast("Message", bag.read(data))
+                scan = _scan(log, message, time)
+            except SourceError:
+                raise
             except Exception as error:  # noqa: BLE001 - a damaged message fails in many ways
+                where = f"{topic}:message {number}"
                 log.broken(where, f"expected a LaserScan message, got {error}", error)
                 continue
             yield scan
@@ -54,26 +55,47 @@ def read_bag(log: Log) -> Scans:
 
 @contextmanager
 def _translated(path: Path) -> Iterator[None]:
-    """Turn whatever rosbags raises about a damaged bag into a SourceError."""
+    """Turn whatever is raised about a damaged bag into a SourceError."""
     try:
         yield
     except LaserFeaturesError:
         raise
     except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
+        text = shown(str(error)) or type(error).__name__
         raise SourceError(
             f"{path}: the bag cannot be read: {text}; if a recording was cut, "
             "`rosbag reindex` or `ros2 bag reindex` may mend it"
         ) from error
 
 
-def _open(path: Path) -> "AnyReader":
-    highlevel = optional("rosbags.highlevel", "reading bags needs rosbags", "ros")
-    types = optional("rosbags.typesys", "reading bags needs rosbags", "ros")
-    _check_name(path)
+@contextmanager
+def _open(log: Log) -> Iterator[Bag]:
+    highlevel = optional("rosbags.highlevel", NEED, "ros")
+    types = optional("rosbags.typesys", NEED, "ros")
+    _check_name(log.path)
+    files = _files(log.path)
+    if files:
+        yield Walked(log, files)
+        return
     store = types.get_typestore(types.Stores.LATEST)
-    reader: AnyReader = highlevel.AnyReader([path], default_typestore=store)
-    return reader
+    with highlevel.AnyReader([log.path], default_typestore=store) as reader:
+        yield Indexed(log, reader)
+
+
+def _files(path: Path) -> list[Path]:
+    """Return the files that are read without rosbags' index; none where they are databases."""
+    if not path.is_dir():
+        return [path] if path.suffix in WALK else []
+    yaml = optional("ruamel.yaml", "reading bags needs rosbags", "ros").YAML(typ="safe")
+    about = yaml.load((path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    files = [path / Path(name).name for name in about["relative_file_paths"]]
+    missing = ", ".join(file.name for file in files if not file.exists())
+    if missing:
+        raise SourceError(
+            f"{path}: the bag cannot be read: files that metadata.yaml names are missing: {missing}"
+        )
+    packed = (about.get("compression_mode") or "none").lower() != "none"
+    return [] if packed or any(file.suffix not in WALK for file in files) else files
 
 
 def _check_name(path: Path) -> None:
@@ -90,54 +112,58 @@ def _check_name(path: Path) -> None:
         raise SourceError(f"{path}: expected a name that ends with {wanted}; rename it")
 
 
-def _choose(log: Log, reader: "AnyReader") -> str:
+def _choose(log: Log, bag: Bag) -> str:
     """Return the topic to read."""
-    topics = sorted({c.topic for c in reader.connections if c.msgtype == SCAN_TYPE})
+    found = bag.topics()
+    topics = sorted({topic for topic, kind in found if kind == SCAN_TYPE})
     if log.topic is not None:
         if log.topic in topics:
             return log.topic
         raise SourceError(
             f"{log.path}: expected the LaserScan topic {log.topic}, "
-            f"got {', '.join(topics) or 'none'}; choose one of these with topic= (--topic)"
+            f"got {shown(', '.join(topics)) or 'none'}; choose one of these with topic= (--topic)"
         )
     if not topics:
-        others = ", ".join(sorted({c.topic for c in reader.connections})) or "none"
+        others = shown(", ".join(sorted({topic for topic, _ in found}))) or "none"
         raise SourceError(
             f"{log.path}: expected a topic of type {SCAN_TYPE}, got only others: {others}; "
             "record the laser's topic"
         )
     if len(topics) > 1:
         raise SourceError(
-            f"{log.path}: expected one LaserScan topic, got {', '.join(topics)}; "
+            f"{log.path}: expected one LaserScan topic, got {shown(', '.join(topics))}; "
             "choose one with topic= (--topic)"
         )
     return topics[0]
 
 
-def _messages(
-    log: Log, reader: "AnyReader", topic: str
-) -> Iterator[tuple["Connection", int, bytes]]:
+def _messages(log: Log, bag: Bag, topic: str) -> Iterator[tuple[int, bytes]]:
     """Yield the topic's messages up to the end or the first damage."""
-    connections = [c for c in reader.connections if c.topic == topic and c.msgtype == SCAN_TYPE]
     number = 0
     try:
-        for number, message in enumerate(reader.messages(connections), 1):  # noqa: B007 - named below
+        for number, message in enumerate(bag.messages(topic, SCAN_TYPE), 1):  # noqa: B007 - named below
             yield message
+    except SourceError:
+        raise
     except Exception as error:  # noqa: BLE001 - rosbags lets many kinds through
         problem = f"the bag is damaged from here on ({type(error).__name__}: {error})"
         log.broken(f"{topic}:message {number + 1}", problem, error)
 
 
-def _scan(message: "Message", time: int, range_max: float | None) -> LaserScan:
+def _scan(log: Log, message: "Message", time: int) -> LaserScan:
     ranges = np.array(message.ranges, dtype=np.float64)
     ranges.flags.writeable = False
     stamp = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
     stated = float(message.range_max)
+    first, step = float(message.angle_min), float(message.angle_increment)
+    said = contradiction(first, step, ranges.size, float(message.angle_max))
+    if said:
+        log.notice("angle_max", said)
     return even_scan(
         ranges,
-        float(message.angle_min),
-        float(message.angle_increment),
+        first,
+        step,
         range_min=max(float(message.range_min), 0.0) if math.isfinite(message.range_min) else 0.0,
-        range_max=range_max or (stated if stated > 0 else math.inf),
+        range_max=log.range_max or (stated if stated > 0 else math.inf),
         stamp=stamp or time / 1e9,
     )

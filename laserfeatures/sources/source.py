@@ -34,6 +34,21 @@ class Source(ABC):
         return "none"
 
     @property
+    def passed_over(self) -> dict[str, int]:
+        """How many records that are no scans there were so far, by their first word."""
+        return {}
+
+    @property
+    def no_return(self) -> float | None:
+        """The least range [m] so far that is no return because it comes again and again."""
+        return None
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What is worth knowing of the log so far; each was also told as a warning."""
+        return ()
+
+    @property
     @abstractmethod
     def skipped(self) -> int:
         """Number of broken records left out so far; of a port, of damaged frames."""

@@ -1,4 +1,4 @@
-"""Plain CSV tables with a header row; metres, radians, seconds.
+"""Plain tables: CSV with a header row, or columns of numbers that are named.
 
 Wide, one scan a row: after the column `stamp` and, where there are poses, `x`, `y` and `theta`, the
 header gives the direction of each beam, increasing or decreasing::
@@ -12,6 +12,14 @@ where there is no `scan`; both are optional, and without them the file is one sc
     scan,stamp,angle,range
     0,12.25,-1.5708,3.41
 
+A column `intensity` or `quality` is passed over. Metres, radians, seconds; a header may give
+others, as `angle_deg` or `range [mm]`, and so may the options `angle_unit` and `range_unit`. Angles
+that span more than a turn in radians are degrees. Between cells there are commas, or semicolons,
+tabs or blanks; then numbers may have decimal commas. What ``rostopic echo -p`` writes is read, too.
+
+Without a header `columns` names them; two columns that look like angles and ranges are taken for
+such, with a notice. A new scan then begins with each turn or sweep.
+
 An empty cell, 0, nan or inf is no return; an empty stamp or pose is none. Empty lines
 and lines that start with `#` are left out. A table does not say what its poses are; they count as
 odometry, or as what is asked for.
@@ -19,27 +27,58 @@ odometry, or as what is asked for.
 
 import csv
 import math
-from dataclasses import dataclass, field
-from typing import Protocol
+import re
 
 import numpy as np
 
-from laserfeatures.arrays import FloatArray, read_only
+from laserfeatures.arrays import read_only
 from laserfeatures.errors import SourceError
-from laserfeatures.scan import FULL_TURN, LaserScan, Pose2D
+from laserfeatures.scan import FULL_TURN, LaserScan
+from laserfeatures.sources.files import read_head
 from laserfeatures.sources.log import Log, Scans
+from laserfeatures.sources.table_layouts import (
+    DIRECTIONS,
+    POSE,
+    READ,
+    Layout,
+    Long,
+    Wide,
+    rostopic,
+)
+from laserfeatures.sources.text_columns import (
+    delimiter_of,
+    is_angle_and_range,
+    rows_of,
+    split_cells,
+)
 
 WANTED = (
     "'angle,range' (scan and stamp may be added) or 'stamp,<direction of each beam in rad>' (x, y "
     "and theta may follow stamp)"
 )
-POSE = ["x", "y", "theta"]
+ANGLE_UNITS = {"rad": 1.0, "deg": math.radians(1)}
+RANGE_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+DELIMITERS = {",": ",", ";": ";", "tab": "\t", "space": None}
+IGNORED = {"intensity", "quality", "-"}
+NAMES = {*READ, *IGNORED}
+WITH_UNIT = re.compile(r"(angle|range)\s*[_ \[(]\s*([a-z]+)[\])]?")
+HINT = (
+    "; if it has none, name them: columns= (--columns angle,range), angle_unit= (--angle-unit "
+    "deg), range_unit= (--range-unit mm)"
+)
 
 
 def is_table(head: bytes) -> bool:
-    """Return whether a file that starts with `head` is a table with commas."""
+    """Return whether a file that starts with `head` is a table."""
     line = next((line for line in head.splitlines() if line and not line.startswith(b"#")), b"")
-    return b"," in line and line.isascii() and line.decode().replace("\t", " ").isprintable()
+    if not (line.isascii() and line.decode().replace("\t", " ").isprintable()):
+        return False
+    if b"," in line:
+        return True
+    text = line.decode()
+    names, _ = _named(_cells(text, delimiter_of(text)))
+    rows, _ = rows_of(head)
+    return _is_long(names) or names[:1] == ["stamp"] or 2 <= rows.shape[-1] <= 4
 
 
 def read_table(log: Log) -> Scans:
@@ -48,22 +87,25 @@ def read_table(log: Log) -> Scans:
     Raises
     ------
     SourceError
-        If the header is not one of the two kinds.
+        If the header is not one of the kinds, or there is none and the columns are not named.
     """
     layout: Layout | None = None
+    delimiter: str | None = None
 
     def parse(line: bytes) -> LaserScan | None:
-        nonlocal layout
+        nonlocal layout, delimiter
         if not line.strip() or line.startswith(b"#"):
             return None
-        cells = _cells(line)
+        text = line.decode("utf-8", "backslashreplace").rstrip("\r\n")
         if layout is not None:
-            return layout.add(cells)
+            return layout.add(_cells(text, delimiter))
+        delimiter = DELIMITERS[log.delimiter] if log.delimiter else delimiter_of(text)
+        cells = _cells(text, delimiter)
         try:
-            layout = _layout(cells, log)
+            layout, header = _layout(cells, log)
         except ValueError as error:
             raise SourceError(f"{log.path}: {error}") from error
-        return None
+        return None if header else layout.add(cells)
 
     yield from log.records(parse)
     try:
@@ -75,112 +117,121 @@ def read_table(log: Log) -> Scans:
             yield last
 
 
-class Layout(Protocol):
-    """How the rows of a table become scans."""
+def check_columns(columns: tuple[str, ...]) -> None:
+    """Check the names of columns.
 
-    def add(self, cells: list[str]) -> LaserScan | None:
-        """Take a row; return the scan that it completes."""
-        ...
-
-    def end(self) -> LaserScan | None:
-        """Return the scan that the end of the table completes."""
-        ...
-
-
-@dataclass
-class Wide:
-    """One scan a row."""
-
-    columns: list[str]
-    angles: FloatArray
-    order: int  # -1 where the header's angles decrease, else 1
-    range_max: float
-
-    def add(self, cells: list[str]) -> LaserScan:
-        """Return the row's scan."""
-        named = len(self.columns)
-        row = _row(cells, named + self.angles.size)
-        values = dict(zip(self.columns, row[:named].tolist(), strict=True))
-        pose = [values[name] for name in POSE if name in values]
-        return LaserScan(
-            angles=self.angles,
-            ranges=row[named:][:: self.order],
-            range_max=self.range_max,
-            stamp=values.get("stamp", math.nan),
-            pose=Pose2D(*pose) if pose and all(map(math.isfinite, pose)) else None,
-        )
-
-    def end(self) -> None:
-        """Return None: the last row was complete."""
-
-
-@dataclass
-class Long:
-    """One beam a row."""
-
-    columns: list[str]
-    range_max: float
-    rows: list[FloatArray] = field(default_factory=list)
-
-    def add(self, cells: list[str]) -> LaserScan | None:
-        """Return the scan before this row, if the row begins another."""
-        row = _row(cells, len(self.columns))
-        if not math.isfinite(row[self.columns.index("angle")]):
-            raise ValueError(f"expected an angle in radians, got {cells}")
-        key = next((self.columns.index(n) for n in ("scan", "stamp") if n in self.columns), None)
-        if key is None or not self.rows or self.rows[-1][key] == row[key]:
-            self.rows.append(row)
-            return None
-        done, self.rows = self.rows, [row]
-        return self._scan(done)
-
-    def end(self) -> LaserScan | None:
-        """Return the last scan."""
-        return self._scan(self.rows) if self.rows else None
-
-    def _scan(self, rows: list[FloatArray]) -> LaserScan:
-        columns = dict(zip(self.columns, np.array(rows).T, strict=True))
-        order = np.argsort(columns["angle"], kind="stable")
-        return LaserScan(
-            angles=columns["angle"][order],
-            ranges=columns["range"][order],
-            range_max=self.range_max,
-            stamp=float(columns["stamp"][0]) if "stamp" in columns else math.nan,
+    Raises
+    ------
+    ValueError
+        If a name is not known, or an angle or the range is missing or there twice.
+    """
+    unknown = [name for name in columns if name not in NAMES]
+    twice = [name for name in READ if columns.count(name) > 1]
+    directions = [name for name in columns if name in DIRECTIONS]
+    if unknown or twice or len(directions) != 1 or "range" not in columns:
+        raise ValueError(
+            "columns must be angle (or clockwise) and range, with scan, stamp, intensity, quality "
+            f"and - for others, each once; got {','.join(columns)}"
         )
 
 
-def _cells(line: bytes) -> list[str]:
-    text = line.decode("utf-8-sig", "backslashreplace").rstrip("\r\n")
+def _cells(text: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return split_cells(text, None)
     try:
-        return [cell.strip() for cell in next(csv.reader([text]))]
+        cells = [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
     except csv.Error as error:
-        raise ValueError(f"expected cells with commas between them: {error}") from error
+        raise ValueError(f"expected cells with {delimiter!r} between them: {error}") from error
+    return cells if delimiter == "," else [cell.replace(",", ".") for cell in cells]
 
 
-def _row(cells: list[str], columns: int) -> FloatArray:
-    if len(cells) != columns:
-        raise ValueError(f"expected {columns} cells as in the header, got {len(cells)}")
-    row: FloatArray = np.array([cell or "nan" for cell in cells], dtype=np.float64)
-    row.flags.writeable = False
-    return row
+def _named(header: list[str]) -> tuple[list[str], dict[str, str]]:
+    """Return the names of a header, and the units that it gives."""
+    names, units = [], {}
+    for cell in header:
+        name = cell.lower()
+        found = WITH_UNIT.fullmatch(name)
+        if found and found[2] in {*ANGLE_UNITS, *RANGE_UNITS, "degrees", "radians"}:
+            name = found[1]
+            units[name] = {"degrees": "deg", "radians": "rad"}.get(found[2], found[2])
+        names.append(name)
+    return names, units
 
 
-def _layout(header: list[str], log: Log) -> Layout:
-    names = [cell.lower() for cell in header]
-    range_max = log.range_max or math.inf
-    got = f"got {','.join(header)[:60]!r}"
-    if {"angle", "range"} <= {*names} <= {"angle", "range", "scan", "stamp"}:
-        return Long(names, range_max)
+def _is_long(names: list[str]) -> bool:
+    return {"angle", "range"} <= {*names} <= NAMES and len({*names} & READ) == len(
+        [name for name in names if name in READ]
+    )
+
+
+def _layout(cells: list[str], log: Log) -> tuple[Layout, bool]:
+    """Return the layout that the first row shows, and whether that row is a header."""
+    if log.columns:
+        header = not all(
+            _is_number(cell) for name, cell in zip(log.columns, cells, strict=False) if name in READ
+        )
+        return _long(log, [*log.columns], {}, turns=True), header
+    names, units = _named(cells)
+    if _is_long(names):
+        return _long(log, names, units), True
+    topic = rostopic(log, names)
+    if topic is not None:
+        return topic, True
+    if all(_is_number(cell) for cell in cells):
+        return _guessed(cells, log), False
+    return _wide(cells, names, log), True
+
+
+def _long(log: Log, names: list[str], units: dict[str, str], *, turns: bool = False) -> Long:
+    angle = log.angle_unit or units.get("angle")
+    range_ = log.range_unit or units.get("range", "m")
+    if angle not in {None, *ANGLE_UNITS} or range_ not in RANGE_UNITS:
+        raise ValueError(f"expected angles in rad or deg and ranges in m, cm or mm, got {units}")
+    return Long(log, names, ANGLE_UNITS[angle] if angle else None, RANGE_UNITS[range_], turns=turns)
+
+
+def _guessed(cells: list[str], log: Log) -> Long:
+    rows, _ = rows_of(read_head(log.path))
+    if not is_angle_and_range(rows):
+        cloud = ", or write x, y, z as PCD or PLY" * (len(cells) == 3)
+        got = f"got numbers without one, {','.join(cells)[:60]!r}"
+        raise ValueError(f"expected the header {WANTED}, {got}{HINT}{cloud}")
+    unit = log.angle_unit or ("deg" if np.ptp(rows[:, 0]) > FULL_TURN else "rad")
+    log.notice(
+        "columns",
+        f"no header: taken for angles in {unit} and ranges in {log.range_unit or 'm'}; --columns, "
+        "--angle-unit and --range-unit say otherwise",
+    )
+    return _long(log, ["angle", "range"], {"angle": unit}, turns=True)
+
+
+def _wide(cells: list[str], names: list[str], log: Log) -> Wide:
+    got = f"got {','.join(cells)[:60]!r}"
     named = 4 if names[1:4] == POSE else 1
     try:
-        angles = np.array(header[named:], dtype=np.float64)
+        angles = np.array(cells[named:], dtype=np.float64)
     except ValueError as error:
-        raise ValueError(f"expected the header {WANTED}, {got}") from error
+        raise ValueError(f"expected the header {WANTED}, {got}{HINT}") from error
     if names[0] != "stamp":
-        raise ValueError(f"expected the header {WANTED}, {got}")
+        raise ValueError(f"expected the header {WANTED}, {got}{HINT}")
+    angles = angles * ANGLE_UNITS[log.angle_unit or "rad"]
     order = -1 if angles.size > 1 and angles[1] < angles[0] else 1
     angles = angles[::order]
     if not (angles.size and (np.diff(angles) > 0).all() and np.ptp(angles) <= FULL_TURN):
         raise ValueError(f"expected directions in rad, in order and within one turn, {got}")
     log.poses = (log.wanted or "odometry") if named == 4 else "none"
-    return Wide(names[:named], read_only(angles, "angles", (None,)), order, range_max)
+    return Wide(
+        names[:named],
+        read_only(angles, "angles", (None,)),
+        order,
+        log.range_max or math.inf,
+        RANGE_UNITS[log.range_unit or "m"],
+    )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text or "nan")
+    except ValueError:
+        return False
+    return True
