@@ -1,12 +1,15 @@
 """Output that is complete or absent."""
 
 import os
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 import click
+
+STDOUT = "-"
 
 
 @contextmanager
@@ -59,6 +62,23 @@ def complete_file(
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+def tell_written(what: str, path: str) -> None:
+    """End a command with one line: what it has written, and where to.
+
+    It goes to standard error, so that what a pipe gets is the output alone.
+    """
+    if path == STDOUT:
+        sys.stdout.flush()  # a reader that has gone gets no line that says otherwise
+    place = "standard output" if path == STDOUT else path
+    with suppress(BrokenPipeError):
+        click.echo(f"laserfeatures: wrote {what} to {place}", err=True)
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with its noun, in the plural unless it is one."""
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def _files_of(source: str) -> set[Path]:
