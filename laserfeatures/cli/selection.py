@@ -25,8 +25,8 @@ _OPTIONS = (
         "--min-evidence",
         type=float,
         metavar="NATS",
-        help="Only lines and corners that have so much evidence at least, such as 15, and whose lines "
-        "have; an extractor that tells none then finds nothing. Else all.",
+        help="Only lines that have so much evidence at least, such as 15, and of their corners "
+        "those that have it, too; an extractor that tells none then finds nothing. Else all.",
     ),
 )
 
