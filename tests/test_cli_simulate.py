@@ -99,6 +99,8 @@ def test_a_plan_that_cannot_be_driven_leaves_no_log(tmp_path, content, complaint
     assert complaint in line
     assert str(path) in line
     assert list(tmp_path.iterdir()) == [path]
+    if "stuck" not in line and "no progress" not in line:  # else it has driven, and told so far
+        assert complaint in fails("simulate", path)  # nor a word of one on standard output
 
 
 def test_arguments_that_make_no_sense(plan_file, tmp_path):

@@ -2,8 +2,11 @@
 
 import json
 import math
+import re
+import subprocess
 import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -72,6 +75,24 @@ def test_real_corners_of_the_hallway_are_where_its_walls_meet():
     off = np.linalg.norm(np.array(found)[:, None] - ends, axis=2).min(axis=1)
     assert len(found) > 100
     assert np.quantile(off, 0.9) < 0.05
+
+
+def test_any_installation_has_them():
+    code = f"""
+import sys
+for extra in ("mujoco", "matplotlib", "rosbags", "scipy", "open3d", "evo", "pandas", "skimage"):
+    sys.modules[extra] = None
+import laserfeatures as lf
+print([len(list(lf.open_source("example:" + name))) for name in {NAMES}])
+"""
+    done = subprocess.run(  # noqa: S603 - our own interpreter and code
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert done.stdout == "[37, 54, 48]\n"
+    page = (Path(__file__).parents[1] / "docs/simulation.md").read_text()
+    assert re.findall(r"^\| (\w+) \|.*\| (\d+) \|$", page, re.MULTILINE) == [
+        ("hallway", "37"), ("office", "54"), ("clutter", "48"),
+    ]  # fmt: skip
 
 
 def test_a_range_limit_overrides_the_scanners():
