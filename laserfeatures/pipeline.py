@@ -83,7 +83,8 @@ class Pipeline:
         PluginError
             If the detector returns anything else.
         TypeError
-            If `scan` is no LaserScan; the message says how to make one.
+            If `scan` is no LaserScan, with a message that says how to make one, or `noise` is no
+            RangeNoise.
         """
         detected = self.detect(scan, noise=noise)
         if isinstance(detected, PointFeatures):
@@ -105,6 +106,8 @@ class Pipeline:
         """Return what the detector finds, before the other stages; parameters as of a call."""
         if not isinstance(scan, LaserScan):
             raise TypeError(_no_scan(scan))
+        if noise is not None and not hasattr(noise, "sigma"):
+            raise TypeError(f"noise must be a RangeNoise, as a NoiseModel tells, got {noise!r}")
         detector: Callable[..., LineSegments | PointFeatures] = self.detector
         return detector(scan, noise=noise) if self._takes_noise else detector(scan)
 

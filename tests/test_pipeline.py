@@ -88,6 +88,12 @@ def test_what_is_no_scan_is_refused_with_how_to_make_one(value, got):
         assert "LaserScan.uniform(ranges, angle_min, angle_increment)" in str(error.value)
 
 
+@pytest.mark.parametrize("noise", [0.01, "1cm"])
+def test_what_is_no_noise_is_refused(noise):
+    with pytest.raises(TypeError, match="^noise must be a RangeNoise, .*, got "):
+        Pipeline(name="fixed", detector=DirectHough())(SCAN, noise=noise)
+
+
 def test_an_error_of_a_detector_is_not_hidden():
     def detector(_):
         raise ZeroDivisionError("of the plugin's own")
