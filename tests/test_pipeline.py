@@ -90,7 +90,7 @@ def test_what_is_no_scan_is_refused_with_how_to_make_one(value, got):
 
 @pytest.mark.parametrize("noise", [0.01, "1cm"])
 def test_what_is_no_noise_is_refused(noise):
-    with pytest.raises(TypeError, match="^noise must be a RangeNoise, .*, got "):
+    with pytest.raises(TypeError, match=r"^noise must be a RangeNoise, .*, got "):
         Pipeline(name="fixed", detector=DirectHough())(SCAN, noise=noise)
 
 
