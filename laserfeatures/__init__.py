@@ -65,6 +65,11 @@ _LAZY = {  # these bring numba and all the readers, which not every program need
 }
 
 
+def __dir__() -> list[str]:
+    """Return the public names, the lazy ones among them, and none that is here for our own use."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+
+
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("importlib.metadata").version("laserfeatures")  # slow to import

@@ -28,10 +28,13 @@ def read_only(
     Raises
     ------
     ValueError
-        If the shape differs.
+        If the shape differs, or it is no array of numbers.
     """
     value = unmasked(value) if dtype is np.float64 else value
-    array = np.asarray(value, dtype=dtype, order="C")
+    try:
+        array = np.asarray(value, dtype=dtype, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must be an array of numbers: {error}") from error
     if array.flags.writeable:
         array = array.copy()
         array.flags.writeable = False

@@ -7,12 +7,15 @@ forward, y left, angles counter-clockwise.
 
 import math
 from dataclasses import dataclass, field
-from typing import Self, cast
+from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, lock, read_only
 from laserfeatures.scan import LaserScan, Pose2D
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["Features", "LaserScan", "LineSegments", "Lines", "PointFeatures", "Pose2D"]
 
@@ -47,6 +50,13 @@ class Lines(Record):
     covariance: FloatArray
     evidence: FloatArray = field(default_factory=_untold)
 
+    if TYPE_CHECKING:  # what it takes is wider than what it holds
+
+        def __init__(
+            self, *, theta: ArrayLike, d: ArrayLike, support: ArrayLike,
+            covariance: ArrayLike, evidence: ArrayLike | None = None,
+        ) -> None: ...  # fmt: skip
+
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
         theta = read_only(self.theta, "theta", (None,))
@@ -60,6 +70,9 @@ class Lines(Record):
         )
         if theta.size and not (theta.min() >= 0 and theta.max() < math.pi):
             raise ValueError(f"theta must lie in [0, pi) rad, got {theta.tolist()}")
+
+    def __repr__(self) -> str:
+        return f"Lines({_counted(len(self), 'line')})"
 
     def __len__(self) -> int:
         """Return the number of lines."""
@@ -92,6 +105,13 @@ class LineSegments(Record):
     support: FloatArray
     rms: FloatArray
     points: BoolArray
+
+    if TYPE_CHECKING:  # what it takes is wider than what it holds
+
+        def __init__(
+            self, *, lines: Lines, line: ArrayLike, endpoints: ArrayLike,
+            support: ArrayLike, rms: ArrayLike, points: ArrayLike,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
@@ -152,6 +172,10 @@ class LineSegments(Record):
             lock(numbers)
         return numbers
 
+    def __repr__(self) -> str:
+        lines = _counted(len(self.lines), "line")
+        return f"LineSegments({_counted(len(self), 'segment')} on {lines})"
+
     def __len__(self) -> int:
         """Return the number of segments."""
         return self.line.size
@@ -192,6 +216,13 @@ class PointFeatures(Record):
     real: BoolArray
     evidence: FloatArray = field(default_factory=_untold)
 
+    if TYPE_CHECKING:  # what it takes is wider than what it holds
+
+        def __init__(
+            self, *, positions: ArrayLike, covariance: ArrayLike, lines: ArrayLike,
+            angles: ArrayLike, real: ArrayLike, evidence: ArrayLike | None = None,
+        ) -> None: ...  # fmt: skip
+
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
         positions = read_only(self.positions, "positions", (None, 2))
@@ -216,6 +247,9 @@ class PointFeatures(Record):
             evidence=numbers[7 * most : 7 * most + count],
         )
 
+    def __repr__(self) -> str:
+        return f"PointFeatures({_counted(len(self), 'corner')}, {int(self.real.sum())} real)"
+
     def __len__(self) -> int:
         """Return the number of corners."""
         return self.real.size
@@ -233,6 +267,17 @@ class Features(Record):
     def lines(self) -> Lines:
         """The lines that carry the segments."""
         return self.segments.lines
+
+    def __repr__(self) -> str:
+        return (
+            f"Features({_counted(len(self.lines), 'line')}, "
+            f"{_counted(len(self.segments), 'segment')}, {_counted(len(self.corners), 'corner')} "
+            f"({int(self.corners.real.sum())} real)\n  of {self.scan!r})"
+        )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def _evidence(value: FloatArray | None, count: int) -> FloatArray:

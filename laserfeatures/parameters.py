@@ -1,5 +1,6 @@
 """What all parameters of extractors and stages are checked for alike: their types."""
 
+import re
 from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
@@ -27,7 +28,7 @@ def settle(owner: Any) -> None:
         elif field.type is bool:
             value = _truth(field.name, value)
         elif field.type is float or (field.type == float | None and value is not None):
-            value = _number(field.name, value)
+            value = _number(field.name, value, owner)
         object.__setattr__(owner, field.name, value)  # it may be frozen
 
 
@@ -49,13 +50,27 @@ def whole(name: str, value: Any, bits: int = BITS) -> int:
     return int(value)
 
 
-def _number(name: str, value: Any) -> float:
+def _number(name: str, value: Any, owner: Any) -> float:
     if not isinstance(value, bool) and isinstance(value, Real):
         try:
             return float(value)
         except OverflowError:  # of an int of more digits than a float holds
             pass
-    raise ValueError(f"{name} must be a number, got {value!r}")
+    raise ValueError(f"{name} must be a number{_unit(owner, name)}, got {value!r}")
+
+
+def _unit(owner: Any, name: str) -> str:
+    """Return a parameter's unit as its docstring tells it, " [rad]", or nothing."""
+    for kind in type(owner).__mro__:
+        entry = re.search(
+            rf"^( *)(?:\w+, )*{re.escape(name)}(?:, \w+)* :.*\n((?:\1 +\S.*\n)+)",
+            kind.__doc__ or "",
+            re.MULTILINE,
+        )
+        if entry:
+            unit = re.search(r"\[[a-zA-Z][^\],]*\]", " ".join(entry[2].split()))
+            return f" {unit[0]}" if unit else ""
+    return ""
 
 
 def _truth(name: str, value: Any) -> bool:

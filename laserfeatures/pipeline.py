@@ -82,6 +82,9 @@ class Pipeline:
         ------
         PluginError
             If the detector returns anything else.
+        TypeError
+            If `scan` is no LaserScan, with a message that says how to make one, or `noise` is no
+            RangeNoise.
         """
         detected = self.detect(scan, noise=noise)
         if isinstance(detected, PointFeatures):
@@ -101,6 +104,10 @@ class Pipeline:
         self, scan: LaserScan, *, noise: "RangeNoise | None" = None
     ) -> LineSegments | PointFeatures:
         """Return what the detector finds, before the other stages; parameters as of a call."""
+        if not isinstance(scan, LaserScan):
+            raise TypeError(_no_scan(scan))
+        if noise is not None and not hasattr(noise, "sigma"):
+            raise TypeError(f"noise must be a RangeNoise, as a NoiseModel tells, got {noise!r}")
         detector: Callable[..., LineSegments | PointFeatures] = self.detector
         return detector(scan, noise=noise) if self._takes_noise else detector(scan)
 
@@ -110,3 +117,14 @@ class Pipeline:
             return "noise" in inspect.signature(self.detector).parameters
         except ValueError:  # compiled code may tell no signature
             return False
+
+
+def _no_scan(value: object) -> str:
+    """Say what was expected in place of a value, which has the directions of no beam."""
+    shape = getattr(value, "shape", None)
+    got = type(value).__name__ + ("" if shape is None else f" of shape {tuple(shape)}")
+    return (
+        f"expected a LaserScan, got {got}; make one of ranges [m] with "
+        "LaserScan.uniform(ranges, angle_min, angle_increment), or of angles [rad] and ranges with "
+        "LaserScan(angles=..., ranges=...)"
+    )

@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 
 from laserfeatures.data import Features
 
-COLUMNS = (
-    *("index", "stamp", "kind", "id"),
-    *("theta", "d", "support", "line", "x1", "y1", "x2", "y2", "rms"),
-    *("x", "y", "line_1", "line_2", "angle", "real", "cov_xx", "cov_xy", "cov_yy"),
-    "evidence",
-)
-"""The columns of the table that `to_rows` gives; a row fills those of its kind."""
+_SCAN = ("index", "stamp", "id")
+COLUMNS = {
+    "lines": (*_SCAN, "theta", "d", "support", "evidence"),
+    "segments": (*_SCAN, "line", "x1", "y1", "x2", "y2", "support", "rms"),
+    "corners": (
+        *(*_SCAN, "x", "y", "line_1", "line_2", "angle", "real"),
+        *("cov_xx", "cov_xy", "cov_yy", "evidence"),
+    ),
+}
+"""The columns of the table of each kind that `to_rows` gives."""
 
 
 def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
@@ -71,27 +74,29 @@ def to_record(features: Features, index: int | None = None) -> dict[str, Any]:
     }
 
 
-def to_rows(record: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of one tidy table: a row for each line, segment and corner.
+def to_rows(record: dict[str, Any], kind: str) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table of lines, of segments or of corners: a row for each.
 
     Parameters
     ----------
     record : dict
         As `to_record` returns it.
+    kind : {"lines", "segments", "corners"}
+        What the rows are.
 
     Yields
     ------
     dict
-        Some of `COLUMNS`. "kind" is line, segment or corner, "id" counts within scan and kind.
+        The `COLUMNS` of that kind. "id" counts within scan and kind; "line", "line_1" and "line_2"
+        are the ids of lines of the same scan, None for a corner that was found without lines.
     """
     scan = {"index": record["index"], "stamp": record["stamp"]}
-    for kind in ("line", "segment", "corner"):
-        for i, item in enumerate(record[f"{kind}s"]):
-            row = {**scan, "kind": kind, "id": i, **item}
-            if kind == "corner":
-                row["line_1"], row["line_2"] = row.pop("lines") or (None, None)
-                (row["cov_xx"], row["cov_xy"]), (_, row["cov_yy"]) = row.pop("cov")
-            yield row
+    for i, item in enumerate(record[kind]):
+        row = {**scan, "id": i, **item}
+        if kind == "corners":
+            row["line_1"], row["line_2"] = row.pop("lines") or (None, None)
+            (row["cov_xx"], row["cov_xy"]), (_, row["cov_yy"]) = row.pop("cov")
+        yield row
 
 
 def _counts(support: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,6 +119,19 @@ class LaserScan(Record):
     stamp: float = math.nan
     pose: Pose2D | None = None
 
+    if TYPE_CHECKING:  # what it takes is wider than what it holds
+
+        def __init__(
+            self,
+            *,
+            angles: ArrayLike,
+            ranges: ArrayLike,
+            range_min: float = 0.0,
+            range_max: float = math.inf,
+            stamp: float = math.nan,
+            pose: Pose2D | None = None,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         """Check and lock the arrays."""
         beams = _last_beams[0]
@@ -214,6 +227,23 @@ class LaserScan(Record):
         if beams.angles is not self.angles:
             beams = _last_beams[0] = _Beams(self.angles)
         return beams
+
+    def __repr__(self) -> str:
+        """Return what it is in one line: its arrays are too long to be read."""
+        text = f"{len(self)} beam{'s' * (len(self) != 1)}"
+        if len(self):
+            first, last = math.degrees(self.angles[0]), math.degrees(self.angles[-1])
+            text += f" from {first:.4g} to {last:.4g} deg"
+        text += f", {self.beams.size} return{'s' * (self.beams.size != 1)}"
+        if self.beams.size:
+            seen = self.ranges[self.beams]
+            text += f" from {seen.min():.4g} to {seen.max():.4g} m"
+        if math.isfinite(self.stamp):
+            text += f", at {self.stamp:.15g} s"
+        if self.pose:
+            pose, turned = self.pose, math.degrees(self.pose.theta)
+            text += f", pose {pose.x:.4g} m, {pose.y:.4g} m, {turned:.4g} deg"
+        return f"LaserScan({text})"
 
     def __len__(self) -> int:
         """Return the number of beams."""

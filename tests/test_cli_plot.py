@@ -1,3 +1,4 @@
+import re
 import sys
 
 import pytest
@@ -18,7 +19,12 @@ def log(tmp_path):
 def test_the_ending_chooses_the_format(log, tmp_path, name, magic):
     result = run("plot", log, "--scan", 2, "-o", tmp_path / name)
     assert result.exit_code == 0, result.stderr
-    assert not result.output
+    assert not result.stdout
+    assert re.fullmatch(
+        r"laserfeatures: wrote scan 2 with \d+ lines, \d+ segments and \d+ corners \(\d+ real\) to "
+        + re.escape(f"{tmp_path / name}\n"),
+        result.stderr,
+    )
     assert (tmp_path / name).read_bytes().startswith(magic)
 
 
@@ -58,3 +64,17 @@ def test_without_matplotlib_the_extra_is_named(log, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     line = fails("plot", log, "--scan", 0, "-o", tmp_path / "a.png")
     assert "pip install 'laserfeatures[plots]'" in line
+
+
+def test_what_is_drawn_can_be_chosen(tmp_path):
+    def said(*options):
+        result = run("plot", "example:clutter", "--scan", 20, "-o", tmp_path / "a.png", *options)
+        assert result.exit_code == 0, result.stderr
+        return [
+            int(number) for number in re.findall(r"(\d+) (?:lines|corners|real)", result.stderr)
+        ]
+
+    lines, corners, real = said()
+    assert said("--real-only") == [lines, real, real]
+    assert said("--max-sigma", "1cm")[1] < corners
+    assert said("--min-evidence", 20)[0] < lines

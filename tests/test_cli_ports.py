@@ -44,7 +44,9 @@ def test_ctrl_c_completes_what_is_written(port, tmp_path):
         while not (aside.exists() and aside.stat().st_size):  # its first block
             assert process.poll() is None
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=30) == (b"", b"")
+        out, err = process.communicate(timeout=30)
+        assert (out, err.count(b"\n")) == (b"", 1)
+        assert err.startswith(b"laserfeatures: wrote ")
     assert process.returncode == 0
     records = [json.loads(line) for line in path.read_text().splitlines()]
     assert [record["index"] for record in records] == list(range(len(records)))

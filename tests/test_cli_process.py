@@ -49,7 +49,9 @@ def test_a_short_output_to_a_reader_that_left_is_no_error(log):
 
 def test_a_pipe_gets_no_progress_bar(log, tmp_path):
     with start("extract", log, "-o", tmp_path / "out.csv") as process:
-        assert process.communicate(timeout=60) == (b"", b"")
+        out, err = process.communicate(timeout=60)
+        assert (out, err.count(b"\n")) == (b"", 1)
+        assert err.startswith(b"laserfeatures: wrote ")
         assert process.returncode == 0
 
 

@@ -1,6 +1,9 @@
 import json
+import math
+import re
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -22,6 +25,15 @@ def test_a_log_is_written_that_reads_back(plan_file, tmp_path):
     result = run("simulate", plan_file, "-o", log)
     assert result.exit_code == 0, result.output
     assert not result.stdout
+    with lf.open_source(log) as scans:
+        told = list(scans)
+    said = re.fullmatch(
+        r"laserfeatures: wrote (\d+) scans along ([\d.]+) m in ([\d.]+) s to (.*)\n", result.stderr
+    )
+    assert (int(said[1]), said[4]) == (len(told), str(log))
+    assert float(said[3]) == pytest.approx(told[-1].stamp, abs=0.06)
+    way = sum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(s.pose for s in told))
+    assert float(said[2]) == pytest.approx(way, rel=0.1)
     with lf.open_source(log) as scans, lf.open_source(plan_file) as driven:
         for scan, direct in zip(scans, driven, strict=True):
             np.testing.assert_array_equal(scan.ranges[scan.valid], direct.ranges[direct.valid])
@@ -87,6 +99,8 @@ def test_a_plan_that_cannot_be_driven_leaves_no_log(tmp_path, content, complaint
     assert complaint in line
     assert str(path) in line
     assert list(tmp_path.iterdir()) == [path]
+    if "stuck" not in line and "no progress" not in line:  # else it has driven, and told so far
+        assert complaint in fails("simulate", path)  # nor a word of one on standard output
 
 
 def test_arguments_that_make_no_sense(plan_file, tmp_path):

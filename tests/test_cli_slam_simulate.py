@@ -13,9 +13,13 @@ from scenes import needs_compiler
 import laserfeatures as lf
 from laserfeatures.cli.group import NAME, CommandGroup
 from laserfeatures.cli.slam_simulate import simulate
+from laserfeatures.cli.slam_simulate_table import COLUMNS, table_of
+from laserfeatures.cli.testbench_tables import print_page
+from laserfeatures.comparison.document import Document
 from laserfeatures.mapping.robot_motion import motion_of
 from laserfeatures.simulation import read_plan
 from laserfeatures.simulation.robot import Robot
+from laserfeatures.testbench.pages import Page
 
 pytestmark = needs_compiler
 
@@ -81,6 +85,18 @@ def test_its_json_has_what_it_was_made_with_and_what_came_of_it(once):
     )
     assert row["final_error"] == drive["final_error"] < 0.1
     assert "direct_hough" in output
+
+
+@pytest.mark.parametrize("names", [["direct_hough"], lf.list_extractors(), ["x" * 70, "ransac"]])
+def test_the_table_has_all_columns_within_100(names, once, capsys):
+    rows = {name: dict.fromkeys(COLUMNS, 123.456) for name in names}
+    print_page(Page("simulate", Document("A drive", [table_of(rows)]), {}))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    for name in names:
+        cells = [cell for line in lines if line.startswith(name) for cell in line.split()[1:]]
+        assert len(cells) == len(COLUMNS)
+    assert max(map(len, once[2].splitlines())) <= 100
 
 
 def test_many_seeds_give_a_row_for_each_extractor_and_the_first_is_as_alone(plan, once, tmp_path):

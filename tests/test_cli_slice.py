@@ -18,7 +18,8 @@ def room(tmp_path_factory):
 def test_the_corners_of_a_room_from_end_to_end(room):
     with start("extract", room, "--slice", "0.3m..0.5m") as process:
         out, err = process.communicate(timeout=120)
-    assert err == b""
+    assert err.startswith(b"laserfeatures: wrote 1 scan with ")
+    assert err.count(b"\n") == 1
     record = json.loads(out)
     positions = [(corner["x"], corner["y"]) for corner in record["corners"]]
     clouds.check_corners(positions, [corner["real"] for corner in record["corners"]])
@@ -33,7 +34,7 @@ def test_the_band_in_other_words(room, band):
 
 def test_the_scanner_stands_where_it_is_told_to(room):
     said = run("extract", room, "--slice", "0.3m..0.5m", "--origin", "50cm,-0.25m")
-    record = json.loads(said.output)
+    record = json.loads(said.stdout)
     positions = [(corner["x"] + 0.5, corner["y"] - 0.25) for corner in record["corners"]]
     clouds.check_corners(positions, [corner["real"] for corner in record["corners"]])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import segments_of
 
-from laserfeatures import Features, LaserScan, Lines, LineSegments, PointFeatures
+from laserfeatures import Features, LaserScan, Lines, LineSegments, PointFeatures, Pose2D
 
 LINES = {
     "theta": [0.0, 1.0],
@@ -143,3 +143,38 @@ def test_what_was_pickled_or_copied_is_the_same_and_read_only(again):
     segments = again(LineSegments(**SEGMENTS))
     assert not segments.lines.theta.flags.writeable
     np.testing.assert_array_equal(segments.endpoints, SEGMENTS["endpoints"])
+
+
+def test_what_is_printed_is_a_line_or_two_with_counts():
+    scan = LaserScan(
+        angles=np.linspace(-1, 1, 7), ranges=[0, 1, 2.5, 3, 4, 5, math.inf], stamp=170000.25,
+        pose=Pose2D(1.0, -2.0, math.pi / 2),
+    )  # fmt: skip
+    records = [kind(**fields) for kind, fields in KINDS]
+    features = Features(scan=scan, segments=records[1], corners=records[2])
+    assert [str(record) for record in (scan, *records)] == [
+        (
+            "LaserScan(7 beams from -57.3 to 57.3 deg, 5 returns from 1 to 5 m, at 170000.25 s, "
+            "pose 1 m, -2 m, 90 deg)"
+        ),
+        "Lines(2 lines)",
+        "LineSegments(3 segments on 2 lines)",
+        "PointFeatures(1 corner, 1 real)",
+    ]
+    assert str(features) == (f"Features(2 lines, 3 segments, 1 corner (1 real)\n  of {scan})")
+    assert repr(features) == str(features)
+    nothing = LaserScan(angles=[], ranges=[])
+    assert str(nothing) == "LaserScan(0 beams, 0 returns)"
+    assert str(LineSegments.none(3)) == "LineSegments(0 segments on 0 lines)"
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields"), [*KINDS, (LaserScan, {"angles": [0.0, 0.1], "ranges": [1, 2]})]
+)
+def test_what_is_no_array_of_numbers_is_named(kind, fields):
+    for name in fields:
+        if (name == "lines" and kind is LineSegments) or name in {"points", "real"}:
+            continue  # anything is true or false
+        for value in (["a", "b"], [[1], [1, 2]], {"a": 1}):
+            with pytest.raises(ValueError, match=f"^{name} must be an array of numbers: "):
+                kind(**{**fields, name: value})

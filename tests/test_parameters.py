@@ -60,6 +60,21 @@ def test_a_value_of_another_type_is_named_with_what_is_expected(owner, field):
         assert str(error.value).endswith(repr(value))
 
 
+@pytest.mark.parametrize(
+    ("name", "unit", "value"),
+    [
+        ("theta_step", " [rad]", "1deg"),
+        ("distance_step", " [m]", "2cm"),
+        ("range_sigma", " [m]", "1cm"),  # of the class that it extends
+        ("range_sigma_relative", "", "1%"),
+    ],
+)
+def test_a_number_with_a_unit_is_told_which_unit_it_is_to_be_in(name, unit, value):
+    with pytest.raises(ValueError, match="must be a number") as error:
+        lf.get_extractor("direct_hough", **{name: value})
+    assert str(error.value) == f"{name} must be a number{unit}, got {value!r}"
+
+
 @every_parameter
 def test_what_is_no_number_at_all_is_refused(owner, field):
     for value in (math.nan, np.float64("nan"), -1):

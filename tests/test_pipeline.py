@@ -70,6 +70,30 @@ def test_a_detector_that_returns_no_segments_is_named(returned):
         pipeline(SCAN)
 
 
+@pytest.mark.parametrize(
+    ("value", "got"),
+    [
+        (np.ones(100), "ndarray of shape (100,)"),
+        ([1.0, 2.0], "list"),
+        (None, "NoneType"),
+        (WALLS, "LineSegments"),
+    ],
+)
+def test_what_is_no_scan_is_refused_with_how_to_make_one(value, got):
+    pipeline = Pipeline(name="fixed", detector=DirectHough())
+    for use in (pipeline, pipeline.detect):
+        with pytest.raises(TypeError) as error:
+            use(value)
+        assert str(error.value).startswith(f"expected a LaserScan, got {got}; make one of ranges ")
+        assert "LaserScan.uniform(ranges, angle_min, angle_increment)" in str(error.value)
+
+
+@pytest.mark.parametrize("noise", [0.01, "1cm"])
+def test_what_is_no_noise_is_refused(noise):
+    with pytest.raises(TypeError, match=r"^noise must be a RangeNoise, .*, got "):
+        Pipeline(name="fixed", detector=DirectHough())(SCAN, noise=noise)
+
+
 def test_an_error_of_a_detector_is_not_hidden():
     def detector(_):
         raise ZeroDivisionError("of the plugin's own")

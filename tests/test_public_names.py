@@ -1,12 +1,17 @@
+import doctest
 import inspect
+import pydoc
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import laserfeatures as lf
 from laserfeatures import errors, intersections, pipeline, segment_filter
 
+ROOT = Path(__file__).parents[1]
 NAMES = [name for name in lf.__all__ if name != "__version__"]
 STAGES_AND_DATA = {
     "Features", "Intersections", "LaserScan", "LineSegments", "Lines", "Pipeline", "PointFeatures",
@@ -59,6 +64,47 @@ def test_a_name_that_does_not_exist_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'laserfeatures' has no attribute 'Pipe'"):
         lf.Pipe  # noqa: B018 - the access is what fails
     assert isinstance(lf.__version__, str)
+
+
+def test_dir_and_help_show_the_public_names_and_nothing_of_our_own():
+    assert [name for name in dir(lf) if name[:2] != "__"] == NAMES
+    page = pydoc.plain(pydoc.render_doc(lf))
+    for name in ("open_source", "Pipeline", "get_extractor"):
+        assert re.search(rf"^    (class )?{name}\(", page, re.MULTILINE), name
+    for name in ("Any", "TYPE_CHECKING", "import_module", "_LAZY"):
+        assert not re.search(rf"^    (class |)?{name}\b", page, re.MULTILINE), name
+
+
+def test_a_type_checker_takes_what_the_examples_and_the_plugin_page_pass(tmp_path):
+    example = doctest.DocTestParser().get_examples(lf.LaserScan.__doc__)
+    page = (ROOT / "docs/writing-a-plugin.md").read_text()
+    detector, trial = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "one_wall.py").write_text(detector)
+    code = [
+        "import laserfeatures as lf",
+        "from laserfeatures import LaserScan, Lines, LineSegments, PointFeatures",
+        *(each.source for each in example),
+        "no: list[list[list[float]]] = []",
+        "lines = Lines(theta=[0], d=(1.0,), support=[3], covariance=[[[0.0] * 2] * 2])",
+        "segments = LineSegments(",
+        "    lines=lines, line=[], endpoints=no, support=[], rms=[], points=[[True]]",
+        ")",
+        "PointFeatures(positions=[[1, 2]], covariance=no, lines=[[0, 1]], angles=[1], real=[True])",
+        "length: float = lines.theta[0] + scan.points[0, 0]",
+        "first: float = LaserScan.uniform([1], 0, 1).ranges[0]",
+        trial,
+    ]
+    path = tmp_path / "typed.py"
+    path.write_text("\n".join(code))
+    done = subprocess.run(  # noqa: S603 - our own interpreter and code
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+        timeout=300,
+    )
+    assert done.stdout.startswith("Success"), done.stdout
 
 
 def test_the_lazy_names_are_the_ones_of_their_modules():

@@ -1,20 +1,21 @@
 """The README and the pages of docs do what they say."""
 
+import importlib
+import json
+import os
 import re
-import shlex
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
 import pytest
-from click.testing import CliRunner
 
 import laserfeatures as lf
-from laserfeatures.cli import main
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
+RUN_AS_WRITTEN = ["README.md", *(f"docs/{n}.md" for n in ("drivers", "noise", "robot", "slam"))]
 PLUGIN_PAGE = (ROOT / "docs/writing-a-plugin.md").read_text()
 
 
@@ -34,18 +35,42 @@ def test_the_readmes_table_names_every_extractor():
     assert named == set(lf.list_extractors())
 
 
-@pytest.mark.parametrize(
-    "line", [line for block in blocks(README, "sh") for line in block.splitlines()]
-)
-def test_the_readmes_commands_parse(line):
-    if not line.startswith("laserfeatures "):
-        assert "pip install" in line
-        return
-    command, *arguments = shlex.split(line)[1:]
-    context = main.make_context("laserfeatures", [command])
-    subcommand = main.get_command(context, command)
-    assert subcommand is not None
-    subcommand.make_context(command, arguments)
+@pytest.mark.parametrize("page", RUN_AS_WRITTEN)
+def test_every_line_of_a_page_runs_as_written(page, tmp_path):
+    text = (ROOT / page).read_text()
+    lines = [line for block in blocks(text, "sh") for line in block.splitlines()]
+    commands = [line for line in lines if "pip install" not in line]
+    assert commands
+    for number, code in enumerate(blocks(text, "python")):
+        (tmp_path / f"block_{number}.py").write_text(code)
+        commands.append(f'"{sys.executable}" block_{number}.py')
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    (tmp_path / "bin").mkdir()
+    program = tmp_path / "bin" / "laserfeatures"
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m laserfeatures "$@"\n')
+    program.chmod(0o755)
+    script = ["set -e", "trap 'kill $! 2>/dev/null || :' EXIT", *commands]
+    with (tmp_path / "said").open("w+") as said:  # no pipe, which an emulator would keep open
+        done = subprocess.run(  # noqa: S603 - our own page
+            ["/bin/sh", "-c", "\n".join(script)],
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            check=False,
+            cwd=tmp_path,
+            env={
+                **os.environ,
+                "PATH": f"{program.parent}{os.pathsep}{os.environ['PATH']}",
+                "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "plugins"), *sys.path]),
+            },
+            timeout=600,
+        )
+        said.seek(0)
+        output = said.read()
+    assert done.returncode == 0, output
+    assert "error:" not in output
+    for name in re.findall(r" -o ([\w.]+)", "\n".join(commands)):
+        assert (tmp_path / name).exists(), name
 
 
 @pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")], ids=str)
@@ -60,16 +85,61 @@ def test_every_extra_that_the_readme_names_exists():
     assert set(re.findall(r"`(\w+)`", named)) == set(project["optional-dependencies"])
 
 
-def test_the_plugin_page_takes_a_reader_there(monkeypatch):
+@pytest.fixture(scope="module")
+def plugin(tmp_path_factory):
+    """Return a folder with what the plugin page writes, and an environment as if installed."""
+    folder = tmp_path_factory.mktemp("plugin")
     detector, trial = blocks(PLUGIN_PAGE, "python")
-    monkeypatch.setattr("laserfeatures.registry._registered", {})
-    names = {"__name__": "one_wall"}
-    monkeypatch.setitem(sys.modules, "one_wall", ModuleType("one_wall"))  # dataclasses look there
-    exec(compile(detector, "one_wall.py", "exec"), names)  # noqa: S102 - our own page
-    exec(compile(trial, "trial.py", "exec"), names)  # noqa: S102 - our own page
-    assert len(names["features"].lines) == 1
-    nothing = names["extractor"](lf.LaserScan.uniform([0.0, 0.0], -0.1, 0.1))
-    assert len(nothing.lines) == 0
-    listed = CliRunner().invoke(main, ["extractors", "one_wall"])
-    assert "range_sigma = 0.01 m" in listed.output
-    assert "Standard deviation of a range" in listed.output
+    (folder / "one_wall.py").write_text(detector)
+    (folder / "trial.py").write_text(trial)
+    (project,) = blocks(PLUGIN_PAGE, "toml")
+    entries = tomllib.loads(project)["project"]["entry-points"]
+    site = folder / "site" / "one_wall-1.0.dist-info"  # what pip makes of the page's project
+    site.mkdir(parents=True)
+    (site / "METADATA").write_text("Metadata-Version: 2.1\nName: one-wall\nVersion: 1.0\n")
+    ((group, names),) = entries.items()
+    lines = [f"[{group}]", *(f"{name} = {value}" for name, value in names.items())]
+    (site / "entry_points.txt").write_text("\n".join(lines))
+    return folder, str(site.parent)
+
+
+def in_plugin(plugin, *command, installed=True):
+    folder, site = plugin
+    where = [str(folder), *([site] if installed else []), *sys.path]
+    done = subprocess.run(  # noqa: S603 - our own page
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(where)},
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_plugin_page_runs_as_written_and_finds_the_wall_it_shows(plugin):
+    printed = in_plugin(plugin, sys.executable, "trial.py", installed=False)
+    assert [printed] == blocks(PLUGIN_PAGE, "text")
+
+
+def test_the_plugin_pages_commands_find_the_wall_too(plugin):
+    (script,) = blocks(PLUGIN_PAGE, "sh")
+    command = f'laserfeatures() {{ "{sys.executable}" -m laserfeatures "$@"; }}; set -e\n'
+    printed = in_plugin(plugin, "sh", "-c", command + script)
+    (found,) = [json.loads(line) for line in printed.splitlines() if line.startswith("{")]
+    (segment,) = found["segments"]
+    ends = [segment[name] for name in ("x1", "y1", "x2", "y2")]
+    assert ends == pytest.approx([2.0, -0.405, 2.0, 0.405], abs=0.002)
+    assert "range_sigma = 0.01 m" in printed
+    assert "Standard deviation of a range" in printed
+    assert re.search(r"one_wall +\d+ +\d+ +0\.00 +0\.00", printed)
+
+
+def test_the_plugin_pages_detector_takes_a_scan_without_returns(plugin, monkeypatch):
+    monkeypatch.syspath_prepend(plugin[0])
+    one_wall = importlib.import_module("one_wall")
+    monkeypatch.delitem(sys.modules, "one_wall")
+    extractor = lf.Pipeline(name="one_wall", detector=one_wall.OneWall())
+    assert len(extractor(lf.LaserScan.uniform([0.0, 0.0], -0.1, 0.1)).lines) == 0

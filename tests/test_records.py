@@ -54,8 +54,7 @@ def test_a_corner_without_lines_names_none():
     features = replace(corner(), corners=replace(corner().corners, lines=[[-1, -1]]))
     record = to_record(features)
     assert record["corners"][0]["lines"] is None
-    row = list(to_rows(record))[-1]
-    assert row["kind"] == "corner"
+    (row,) = to_rows(record, "corners")
     assert row["line_1"] is row["line_2"] is None
     assert row["x"] == 0.1
 
@@ -105,23 +104,24 @@ def test_what_is_not_finite_is_null():
 def test_nothing_found_is_empty_lists_and_no_rows():
     record = to_record(nothing(), 0)
     assert record == {"index": 0, "stamp": None, "lines": [], "segments": [], "corners": []}
-    assert list(to_rows(record)) == []
+    assert not [row for kind in COLUMNS for row in to_rows(record, kind)]
 
 
-def test_rows_fill_the_columns_of_their_kind():
-    rows = list(to_rows(to_record(corner(), 3)))
-    assert [(row["kind"], row["id"]) for row in rows] == [
-        ("line", 0),
-        ("line", 1),
-        ("segment", 0),
-        ("segment", 1),
-        ("corner", 0),
-    ]
-    assert all(row["index"] == 3 and row["stamp"] == 12.5 for row in rows)
-    assert set().union(*rows) == set(COLUMNS)
-    assert rows[-1]["line_1"] == 0
-    assert rows[-1]["line_2"] == 1
-    assert [row.get("evidence") for row in rows] == [30.5, 7.25, None, None, 7.25]
-    assert [rows[-1][f"cov_{key}"] for key in ("xx", "xy", "yy")] == [
+def test_a_table_has_one_kind_of_row_and_each_fills_all_columns():
+    record = to_record(corner(), 3)
+    assert list(COLUMNS) == ["lines", "segments", "corners"]
+    for kind, columns in COLUMNS.items():
+        rows = list(to_rows(record, kind))
+        assert [row["id"] for row in rows] == list(range(len(record[kind])))
+        for row in rows:
+            assert set(row) == set(columns)
+            assert None not in row.values()
+            assert (row["index"], row["stamp"]) == (3, 12.5)
+
+
+def test_a_corners_row_names_its_lines_and_spells_out_its_covariance():
+    (row,) = to_rows(to_record(corner(), 3), "corners")
+    assert (row["line_1"], row["line_2"], row["evidence"]) == (0, 1, 7.25)
+    assert [row[f"cov_{key}"] for key in ("xx", "xy", "yy")] == [
         pytest.approx(value) for value in (1e-4, 2e-5, 3e-4)
     ]

@@ -28,21 +28,22 @@ def main() -> None:
 
     \b
     Start here:
-      laserfeatures demo                                 try it without any data
-      laserfeatures info run.log.gz                      what a log holds
-      laserfeatures plot run.log.gz --scan 0 -o s.png    see what is found
-      laserfeatures extract run.log.gz -o out.jsonl      get it, scan by scan
-      laserfeatures compare run.log.gz -o report.html    see which extractor suits it
-      laserfeatures simulate office.toml -o run.log      let a robot record a log
-      laserfeatures testbench all                        run the paper's tables again
-      laserfeatures slam run run.log.gz -o found/        a map, and the way through it
-      laserfeatures noise run.log.gz                     how noisy the ranges of a log are
+      laserfeatures demo                                   try it without any data
+      laserfeatures info example:office                    what a log holds
+      laserfeatures plot example:office --scan 0 -o s.png  see what is found
+      laserfeatures extract example:office -o out.jsonl    get it, scan by scan
+      laserfeatures compare example:office -o report.html  see which extractor suits it
+      laserfeatures simulate office.toml -o run.log        let a robot record a log
+      laserfeatures testbench all                          run the paper's tables again
+      laserfeatures slam run example:office -o found/      a map, and the way through it
+      laserfeatures noise example:office                   how noisy the ranges of a log are
+    In place of example:office goes your log; there are example:hallway and example:clutter, too.
 
     \b
     With a rangefinder, at /dev/ttyACM0 for example:
-      laserfeatures live urg:///dev/ttyACM0              corners as it turns
-      laserfeatures record urg:///dev/ttyACM0 -o u.rec   a log of it, byte for byte
-      laserfeatures emulate urg --pty-link /tmp/urg      one to try, without hardware
+      laserfeatures live urg:///dev/ttyACM0                corners as it turns
+      laserfeatures record urg:///dev/ttyACM0 -o u.rec     a log of it, byte for byte
+      laserfeatures emulate urg --pty-link /tmp/urg        one to try, without hardware
     Wherever a log is read, such an address will do: urg:, lms:, rplidar:, ld19:.
 
     \b

@@ -15,6 +15,7 @@ from laserfeatures.cli.info import Summary
 from laserfeatures.cli.noises import LOG, SCAN, Noises, noise_option
 from laserfeatures.cli.output import complete_file
 from laserfeatures.cli.scans import opened, progress, select, source_options
+from laserfeatures.cli.selection import selected, selection_options
 from laserfeatures.comparison import Comparison, Failure
 from laserfeatures.comparison import compare as compare_extractors
 from laserfeatures.comparison.document import Document
@@ -50,6 +51,7 @@ Save = Callable[[Document], None]
     "ransac,direct_hough:preset=paper:theta_step=2deg. Else all.",
 )
 @noise_option
+@selection_options
 @click.option(
     "--start", type=click.IntRange(min=0), default=0, metavar="N", help="First scan, from 0."
 )
@@ -67,6 +69,9 @@ def compare(
     source: str,
     wanted: str | None,
     noise: str,
+    real_only: bool,
+    max_sigma: float | None,
+    min_evidence: float | None,
     start: int,
     count: int | None,
     scan: int | None,
@@ -85,13 +90,19 @@ def compare(
 
     \b
     Examples:
-      laserfeatures compare run.log.gz
+      laserfeatures compare example:office
       laserfeatures compare run.log.gz --extractors ransac,split_and_merge --count 100
+      laserfeatures compare run.log.gz --real-only --min-evidence 15
       laserfeatures compare run.log.gz -o report.html --scan 120
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     if scan is not None and output is None:
         raise click.UsageError("--scan says what to draw in a report: it needs -o")
-    extractors = extractor_list.make_all(wanted)
+    extractors = {
+        name: each
+        if isinstance(each, Failure)
+        else selected(each, real_only, max_sigma, min_evidence)
+        for name, each in extractor_list.make_all(wanted).items()
+    }
     with _report_file(output, source) as save:
         scans, noises, facts = _read(source, start, count, noise, **reading)
         if scan is not None and not start <= scan < start + len(scans):

@@ -78,7 +78,7 @@ def emulate(
     Examples:
       laserfeatures emulate urg --pty-link /tmp/urg --state streaming
       laserfeatures emulate lms --world office.toml --fault bit_flip=0.01 --fault unplug=0.001
-      laserfeatures emulate rplidar --log run.log.gz --speed 2
+      laserfeatures emulate rplidar --log example:clutter --speed 2
       laserfeatures emulate ld19 --world office.toml --at 2,1.5,90 -p turn_rate=6
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     if not 0 < speed <= FASTEST:

@@ -38,7 +38,7 @@ def noise(source: str, every: int, json_file: str | None, **reading: Any) -> Non
 
     \b
     Examples:
-      laserfeatures noise run.log.gz
+      laserfeatures noise example:office
       laserfeatures noise run.log.gz --every 5 --json noise.json
       laserfeatures noise urg:///dev/ttyACM0?seconds=20
     """  # noqa: D301 - click's mark for lines to keep is a backspace

@@ -2,14 +2,16 @@
 
 import errno
 import os
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 import click
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+STDOUT = "-"
 
 
 @contextmanager
@@ -74,6 +76,23 @@ def _named(file: IO[Any], path: str) -> Iterator[IO[Any]]:
         if error.errno in NO_ROOM and error.filename is None:
             raise OSError(error.errno, os.strerror(error.errno), path) from error
         raise
+
+
+def tell_written(what: str, path: str) -> None:
+    """End a command with one line: what it has written, and where to.
+
+    It goes to standard error, so that what a pipe gets is the output alone.
+    """
+    if path == STDOUT:
+        sys.stdout.flush()  # a reader that has gone gets no line that says otherwise
+    place = "standard output" if path == STDOUT else path
+    with suppress(BrokenPipeError):
+        click.echo(f"laserfeatures: wrote {what} to {place}", err=True)
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with its noun, in the plural unless it is one."""
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def _files_of(source: str) -> set[Path]:

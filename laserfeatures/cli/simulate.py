@@ -1,20 +1,21 @@
 """``laserfeatures simulate``: a log of a simulated robot."""
 
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import IO
 
 import click
 
 import laserfeatures as lf
-from laserfeatures.cli.output import complete_file
+from laserfeatures.cli.output import STDOUT, complete_file, counted, tell_written
 from laserfeatures.cli.scans import progress
 from laserfeatures.simulation import Scanner
+from laserfeatures.simulation.robot import Reading
 from laserfeatures.sources.carmen_writer import write_carmen
 from laserfeatures.sources.simulated import readings_of
-
-STDOUT = "-"
 
 
 @click.command()
@@ -54,6 +55,7 @@ def simulate(plan: str, output: str, seed: int | None, scanner: str | None) -> N
       laserfeatures extract office.toml -o corners.jsonl
     """  # noqa: D301 - click's mark for lines to keep is a backspace
     carried = Scanner.model(scanner) if scanner else None
+    tally = Tally()
     with (
         _file(output, plan) as file,
         progress(
@@ -61,9 +63,34 @@ def simulate(plan: str, output: str, seed: int | None, scanner: str | None) -> N
         ) as readings,
     ):
         try:
-            write_carmen(file, readings)
+            write_carmen(file, tally.told(readings))
         except ValueError as error:  # a scanner whose ranges such a log cannot hold
             raise lf.SourceError(f"{plan}: {error}") from error
+    tell_written(str(tally), output)
+
+
+@dataclass
+class Tally:
+    """What the robot has done so far."""
+
+    scans: int = 0
+    way: float = 0.0
+    last: Reading | None = None
+
+    def told(self, readings: Iterable[Reading]) -> Iterator[Reading]:
+        """Yield readings and count them."""
+        for reading in readings:
+            self.scans += 1
+            if self.last:
+                before, after = self.last.truth, reading.truth
+                self.way += math.dist((before.x, before.y), (after.x, after.y))
+            self.last = reading
+            yield reading
+
+    def __str__(self) -> str:
+        """Return the counts in words."""
+        seconds = self.last.scan.stamp if self.last else 0.0
+        return f"{counted(self.scans, 'scan')} along {self.way:.1f} m in {seconds:.1f} s"
 
 
 @contextmanager

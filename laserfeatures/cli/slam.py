@@ -13,7 +13,7 @@ def slam() -> None:
     \b
     Examples:
       laserfeatures slam simulate
-      laserfeatures slam run raw.gfs.gz --reference corrected.log.gz -o found/
+      laserfeatures slam run example:office --reference example:office -o found/
     """  # noqa: D301 - click's mark for lines to keep is a backspace
 
 

@@ -62,7 +62,7 @@ def run(
 
     \b
     Examples:
-      laserfeatures slam run run.log.gz -o found/
+      laserfeatures slam run example:office --reference example:office -o found/
       laserfeatures slam run raw.gfs.gz --reference corrected.log.gz --json summary.json
       laserfeatures slam run office.toml -e split_and_merge --landmarks walls
       laserfeatures slam run run.log.gz --motion way=0.1,turn=3deg -o found/

@@ -54,9 +54,9 @@ def read_reference(path: str | PathLike[str]) -> Reference:
     Parameters
     ----------
     path : str or PathLike
-        A trajectory in TUM format; a log whose poses are corrected, or a plan, of whose robot the
-        true poses are taken; a table with corrected poses; a reference of Brenner's lecture, or the
-        folder that holds it.
+        A trajectory in TUM format; a log whose poses are corrected, or a plan or example, of whose
+        robot the true poses are taken; a table with corrected poses; a reference of Brenner's
+        lecture, or the folder that holds it.
 
     Raises
     ------
@@ -75,7 +75,8 @@ def read_reference(path: str | PathLike[str]) -> Reference:
                 return Reference(read(path), path, what)
     with open_source(path, poses="corrected") as log:
         scans = [(scan.stamp, scan.pose or NOWHERE) for scan in log]
-        what = "the true poses of a simulated robot" if log.format == "plan" else "corrected poses"
+        simulated = log.format in {"plan", "example"}
+        what = "the true poses of a simulated robot" if simulated else "corrected poses"
     trajectory = Trajectory.of([stamp for stamp, _ in scans], [pose for _, pose in scans])
     if all(pose is NOWHERE for _, pose in scans):
         raise SourceError(f"{path}: expected poses, got none in any of {len(scans)} scans")

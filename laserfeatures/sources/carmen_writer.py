@@ -54,9 +54,9 @@ def write_carmen(file: IO[str], readings: Iterable[Reading | LaserScan]) -> None
         If a scan has no pose, directions that are not evenly spaced, or a return at or beyond
         81.825 m.
     """
-    file.write(HEADER)
     items = iter(readings)
-    first = next(items, None)
+    first = next(items, None)  # before anything is written: a plan that cannot be read shows here
+    file.write(HEADER)
     if isinstance(first, Reading):
         file.write(TRUE_POSES)
         offset = relative(first.truth, first.observation.pose).x

@@ -9,6 +9,7 @@ from typing import Any
 from laserfeatures.drivers import DRIVERS, is_address
 from laserfeatures.errors import SourceError
 from laserfeatures.scan import FULL_TURN
+from laserfeatures.sources import example
 from laserfeatures.sources.formats import FORMATS, find_format
 from laserfeatures.sources.log import Log, OnError, Wanted
 from laserfeatures.sources.log_source import LogSource
@@ -45,7 +46,8 @@ def open_source(
         ``protocol://port?name=value&..``, such as ``urg:///dev/ttyACM0?skip=1``,
         ``lms:///dev/ttyUSB0?baud=38400`` or ``urg:socket://192.168.0.10:10940``: the names are
         parameters of the protocol's driver, and ``scans=N`` or ``seconds=T``, after which a port's
-        source ends; or ``replay:FILE?speed=1``, a recording of a port in its own time.
+        source ends; or ``replay:FILE?speed=1``, a recording of a port in its own time; or
+        ``example:hallway``, ``example:office``, ``example:clutter``, which need no file.
     format : str, optional
         "carmen", "gfs", "breezyslam", "brenner", "urg_csv", "rplidar", "csv", "npz", "rosbag1",
         "rosbag2", "mcap", "point_cloud", "plan" or "recording"; told by the content if left out.
@@ -66,7 +68,7 @@ def open_source(
     poses : {"odometry", "corrected"}, optional
         Which poses the scans must have: raw odometry, or those that a SLAM program has corrected
         (a simulated robot's: the true ones). Of a log that has both (carmen, plan) it chooses, any
-        other is refused if its poses are of the other kind, or if it has none.
+        other is refused if its poses are of the other kind, or if it has none. An example has both.
     columns : sequence of str, optional
         Of a table without a header, what its columns are: "angle" (counter-clockwise) or
         "clockwise", and "range"; "scan", "stamp"; "intensity", "quality" and "-" are passed over.
@@ -133,6 +135,9 @@ def open_source(
     _check_table(options)
     if poses not in {None, "odometry", "corrected"}:
         raise ValueError(f"poses must be 'odometry' or 'corrected', got {poses!r}")
+    if name.startswith(example.SCHEME) and not Path(name).exists():
+        _refuse(name, "an example", {"format": format, **options})
+        return example.ExampleSource(name, range_max=range_max, poses=poses)
     if _is_live(name):
         if poses:
             raise SourceError(f"{name}: expected a log with {poses} poses, got a port: it has none")
@@ -177,7 +182,7 @@ def _is_live(name: str) -> bool:
     if is_address(name) or name.startswith(SCHEME):
         return True
     if URL.match(name):
-        schemes = ", ".join([*DRIVERS, SCHEME.rstrip(":")])
+        schemes = ", ".join([*DRIVERS, SCHEME.rstrip(":"), example.SCHEME.rstrip(":")])
         raise SourceError(
             f"{name}: expected a file or folder, or an address that starts with one of {schemes}, "
             "as in urg:///dev/ttyACM0"
