@@ -10,6 +10,8 @@ from typing import IO, Any
 
 import click
 
+from laserfeatures.errors import shown
+
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 STDOUT = "-"
 
@@ -85,7 +87,7 @@ def tell_written(what: str, path: str) -> None:
     """
     if path == STDOUT:
         sys.stdout.flush()  # a reader that has gone gets no line that says otherwise
-    place = "standard output" if path == STDOUT else path
+    place = "standard output" if path == STDOUT else shown(path)
     with suppress(BrokenPipeError):
         click.echo(f"laserfeatures: wrote {what} to {place}", err=True)
 
