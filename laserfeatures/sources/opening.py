@@ -102,7 +102,6 @@ def open_source(
     --------
     >>> import tempfile
     >>> from pathlib import Path
-    from typing import Any
     >>> log = Path(tempfile.mkdtemp(), "two_beams.csv")
     >>> _ = log.write_text("stamp,-0.1,0.1\n5.0,2.0,\n")
     >>> with open_source(log) as scans:
