@@ -13,7 +13,7 @@ GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that
 NOISES = 5.0  # standard deviations of a step that noise may make
 FARTHEST = 1e9  # [m]; beyond, squares of squares overflow
 MISSED = 4  # beams without a return beyond which the next one jumps, too
-OFTEN = 8  # beams that show one and the same range
+OFTEN = 5  # beams that show one and the same range
 STEPS = 4.0  # of the ranges' resolution by which a wall differs from a constant
 LONE = 2.0  # a stray return is this many times as far from its neighbours as they from each other
 
