@@ -40,7 +40,6 @@ TRIED = {
     "nearest neighbours": {"association": "nearest"},
     "extractors' covariances alone": {"roughness": 0.0},
     "plain EKF, nothing carried over": {"plain": True},
-    "landmarks from two sightings": {"sightings": 2},
 }
 
 

@@ -105,7 +105,7 @@ def tell():
     ordered = sequence.Sequence(
         *compiled(sequence.in_order)(scan.directions, scan.ranges, seen, scan.ring)
     )
-    told = compiled(noise.estimate_noise)(ordered, sequence.Noise(-1.0, -1.0, -1.0))
+    told = compiled(noise.estimate_noise)(ordered, sequence.Noise(-1.0, 0.0, 0.0, -1.0))
     compiled(sequence.weigh)(ordered, told)
     table = compiled(sequence.without_lone)(np.array(ordered))
     np.testing.assert_array_equal(table, detector.prepared(scan))

@@ -32,6 +32,9 @@ class RangeNoise:
         What it grows by with the range [m/m].
     roughness : float
         Standard deviation of walls from planes [m].
+    correlation : float
+        How alike the errors of neighbouring ranges are: 0 where they are independent, 1 where all
+        are one.
 
     Raises
     ------
@@ -42,6 +45,7 @@ class RangeNoise:
     sigma: float
     relative: float = 0.0
     roughness: float = 0.0
+    correlation: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -52,6 +56,8 @@ class RangeNoise:
             raise ValueError(f"relative must be in [0, 1), got {self.relative!r}")
         if not 0 <= self.roughness <= 1:
             raise ValueError(f"roughness must be in [0, 1] m, got {self.roughness!r}")
+        if not 0 <= self.correlation <= 1:
+            raise ValueError(f"correlation must be in [0, 1], got {self.correlation!r}")
 
     def at(self, r: float) -> float:
         """Return the standard deviation of a range of `r` [m]."""
@@ -153,18 +159,20 @@ class NoiseModel:
     def _settle(self, scan: LaserScan) -> None:
         """Estimate all anew; the walls of `scan` tell the roughness."""
         weight = self._weight
-        constant, growing, constant_error, growing_error, lasting = fit_cells(
+        constant, growing, constant_error, growing_error, correlation = fit_cells(
             self._cells, self._least / weight, self._mean / weight, self._squares / weight
         ).tolist()
         sigma = min(math.sqrt(constant), 1.0)
         relative = min(math.sqrt(growing), 0.99)
-        white = RangeNoise(sigma=sigma, relative=relative)
-        more, free, variance = _shown(scan, white)
+        plain = RangeNoise(sigma=sigma, relative=relative, correlation=correlation)
+        more, free, variance = _shown(scan, plain)
         self._walls *= self._keep
         self._walls += (more, free, variance, more * more, more * free, free * free)
         square, square_error = self._excess()
-        roughness = min(math.sqrt(max(square - SURELY * square_error, lasting)), 1.0)
-        self._noise = RangeNoise(sigma=sigma, relative=relative, roughness=roughness)
+        roughness = min(math.sqrt(max(square - SURELY * square_error, 0.0)), 1.0)
+        self._noise = RangeNoise(
+            sigma=sigma, relative=relative, roughness=roughness, correlation=correlation
+        )
         self._uncertainty = Uncertainty(
             _error(sigma, constant_error), _error(relative, growing_error),
             _error(roughness, square_error),
@@ -183,9 +191,10 @@ class NoiseModel:
 def noise_of(scan: LaserScan) -> RangeNoise:
     """Return the noise that a scan tells by itself, as a detector takes it without a model."""
     limits = (scan.range_min, scan.range_max)
-    _, told = prepare(scan.directions, scan.ranges, limits, scan.ring, -1.0, 0.0, -1.0)
-    sigma, relative, roughness = told
-    return RangeNoise(sigma=sigma, relative=relative, roughness=roughness)
+    unknown = (-1.0, 0.0, 0.0, -1.0)
+    _, told = prepare(scan.directions, scan.ranges, limits, scan.ring, *unknown)
+    sigma, relative, roughness, correlation = told
+    return RangeNoise(sigma=sigma, relative=relative, roughness=roughness, correlation=correlation)
 
 
 def _shown(scan: LaserScan, noise: RangeNoise) -> tuple[float, float, float]:

@@ -108,9 +108,9 @@ def in_order(scan):
     return _compiled(sequence.in_order)(scan.directions, scan.ranges, limits, scan.ring)
 
 
-def weigh(points, sigma, relative, roughness):
+def weigh(points, sigma, relative, roughness, correlation=0.0):
     """Fill in what follows from the noise."""
-    noise = sequence.Noise(float(sigma), float(relative), float(roughness))
+    noise = sequence.Noise(float(sigma), float(relative), float(roughness), float(correlation))
     _compiled(sequence.weigh)(points, noise)
 
 
@@ -125,8 +125,8 @@ def turned(points, start, period):
 
 
 def estimate_noise(points):
-    """Return sigma [m], the relative noise and the roughness [m]."""
-    return _compiled(noise.estimate_noise)(points, sequence.Noise(-1.0, -1.0, -1.0))
+    """Return sigma [m], the relative noise, the roughness [m] and the correlation."""
+    return _compiled(noise.estimate_noise)(points, sequence.Noise(-1.0, 0.0, 0.0, -1.0))
 
 
 def stretches(points):

@@ -308,3 +308,17 @@ def test_a_hundred_thousand_beams_are_no_trouble(case):
     for truth in true_lines(CORNER) if case.lines else ():
         the_line(case, features, truth)
     the_corner(case, features, (2.0, 1.2))
+
+
+@finds_walls_only
+@pytest.mark.parametrize("count", [6, 12])
+def test_beams_that_return_one_and_the_same_range_far_off_are_no_wall(case, count):
+    scan = scan_of(*CORNER, sigma=0.005, seed=3, beams=361)
+    ranges = scan.ranges.copy()
+    ranges[200 : 200 + count] = 29.9  # what a sensor tells that is blinded
+    spoiled = LaserScan(angles=scan.angles, ranges=ranges, range_max=30.0)
+    lines = len(case.make()(spoiled).lines)
+    missing = LaserScan(
+        angles=scan.angles, ranges=np.where(ranges == 29.9, np.inf, ranges), range_max=30.0
+    )
+    assert lines == len(case.make()(missing).lines)

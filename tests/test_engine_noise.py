@@ -10,7 +10,7 @@ from scenes import TURN, look, needs_compiler, random_room
 from scipy.signal import lfilter
 
 from laserfeatures import LaserScan, Pose2D
-from laserfeatures.engine import noise
+from laserfeatures.engine import noise, sequence
 from laserfeatures.engine.detector import WallDetector
 from laserfeatures.simulation import World
 
@@ -20,6 +20,11 @@ ROOM = World.outline([(-3, -2.2), (5, -2.2), (5, 3.5), (-3, 3.5)])
 def estimated(scan):
     """Return sigma [m] and the relative noise of a scan."""
     return kernels.estimate_noise(kernels.weighed(scan, 1.0))[:2]
+
+
+def correlation(scan):
+    """Return how alike the errors of neighbouring ranges are."""
+    return kernels.estimate_noise(kernels.weighed(scan, 1.0)).correlation
 
 
 def deviations(found, ranges=(1.0, 3.0, 6.0)):
@@ -137,31 +142,31 @@ def test_independent_errors_show_the_ratio_of_von_neumann():
 
 
 @pytest.mark.parametrize("radius", [1.0, 2.0, 5.0])
-def test_a_bend_of_the_wall_is_no_roughness(radius):
+def test_a_bend_of_the_wall_is_no_likeness_of_errors(radius):
     for seed in range(20):
         ranges = np.full(720, radius) + np.random.default_rng(seed).normal(0, 0.005, 720)
         scan = LaserScan.uniform(ranges, -math.pi, TURN / 720)
-        assert kernels.estimate_noise(kernels.weighed(scan, 1.0))[2] == 0
+        assert correlation(scan) == 0
 
 
 @pytest.mark.parametrize(("sigma", "relative"), [(0.005, 0.0), (0.01, 0.0), (0.004, 0.008)])
-def test_independent_errors_are_no_roughness(sigma, relative):
-    rough = [
-        kernels.estimate_noise(kernels.weighed(a_room(seed, sigma, relative, beams), 1.0))[2]
+def test_independent_errors_are_not_alike(sigma, relative):
+    found = [
+        correlation(a_room(seed, sigma, relative, beams))
         for seed in range(50)
         for beams in (90, 181, 720)
     ]
-    assert np.mean(np.array(rough) > 0) < 0.02
+    assert np.mean(np.array(found) > 0) < 0.02
 
 
 @pytest.mark.parametrize("step", [0.001, 0.01, 0.03])
-def test_steps_of_the_sensor_are_no_roughness(step):
+def test_steps_of_the_sensor_are_not_alike(step):
     for seed in range(20):
         scan = a_room(seed, 0.0)
         coarse = LaserScan(
             angles=scan.angles, ranges=step * np.round(scan.ranges / step), range_max=30.0
         )
-        assert kernels.estimate_noise(kernels.weighed(coarse, 1.0))[2] < step / 10
+        assert correlation(coarse) <= sequence.LIKENESS
 
 
 @needs_compiler
@@ -170,7 +175,7 @@ def test_errors_that_last_do_not_part_walls():
     for seed in range(20):
         exact = a_room(seed, 0.0)
         scan = lasting(exact, 0.01, 0.97, seed)
-        assert 0.005 < kernels.estimate_noise(kernels.weighed(scan, 1.0))[2] < 0.05
+        assert sequence.LIKENESS < correlation(scan) < 0.5
         white.append(len(WallDetector()(lasting(exact, 0.01, 0.0, seed)).lines))
         last.append(len(WallDetector()(scan).lines))
         plain.append(len(WallDetector(roughness=0.0)(scan).lines))

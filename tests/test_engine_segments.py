@@ -68,10 +68,10 @@ def test_no_points_have_no_segments():
 def test_the_noise_is_estimated_where_none_is_told():
     scan = scan_of(*[[(2, -1.5), (2, 1.2)], [(2, 1.2), (-0.5, 1.2)]], sigma=0.005)
     seen = (scan.directions, scan.ranges, (0.0, 30.0), scan.ring)
-    _, estimated = prepare(*seen, -1.0, 0.0, 0.003)
+    _, estimated = prepare(*seen, -1.0, 0.0, 0.003, -1.0)
     assert estimated[0] == pytest.approx(0.005, rel=0.3)
     assert estimated[2] == 0.003
-    assert prepare(*seen, 0.02, 0.01, 0.0)[1] == (0.02, 0.01, 0.0)
+    assert prepare(*seen, 0.02, 0.01, 0.0, 0.0)[1] == (0.02, 0.01, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from recordings import DATA
+from recordings import DATA, needs_recordings
 from scenes import needs_compiler
 
 import laserfeatures as lf
@@ -161,6 +161,7 @@ def test_it_takes_no_more_room_with_time():
         (lambda: RangeNoise(sigma=0.0), r"sigma must be in \(0, 1\] m, got 0.0"),
         (lambda: RangeNoise(sigma=0.1, relative=-1), r"relative must be in \[0, 1\), got -1"),
         (lambda: RangeNoise(sigma=0.1, roughness=2), r"roughness must be in \[0, 1\] m, got 2"),
+        (lambda: RangeNoise(sigma=0.1, correlation=2), r"correlation must be in \[0, 1\], got 2"),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, message):
@@ -218,3 +219,26 @@ def test_it_is_steady_on_a_real_log():
     assert np.median(steps(noises[50::10], 3.0)) <= 1.02
     assert 0.004 < model.noise.sigma < 0.009
     assert 0.002 < model.noise.roughness < 0.008
+
+
+@needs_recordings
+@needs_compiler
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [("sick/flirt_mit-cscail.log.gz", 0.0, 0.1), ("urg/brenner_robot4", 0.15, 0.35)],
+)
+def test_neighbours_err_alike_where_the_sensor_smooths(name, low, high):
+    with lf.open_source(DATA / name) as log:
+        model, _ = fed([scan for _, scan in zip(range(60), log, strict=False)])
+    assert low <= model.noise.correlation <= high
+
+
+@needs_recordings
+@needs_compiler
+def test_walls_of_an_arena_stay_whole():
+    with lf.open_source(DATA / "urg" / "brenner_robot4") as log:
+        scans = [scan for _, scan in zip(range(60), log, strict=False)]
+    model, extractor = NoiseModel(), lf.get_extractor("direct_hough")
+    lines = [len(extractor(scan, noise=model.feed(scan)).lines) for scan in scans]
+    assert 3 <= np.median(lines) <= 7  # 20 before the correlation was told
+    assert np.median([len(extractor(scan).lines) for scan in scans]) <= 9

@@ -32,9 +32,10 @@ def noise(source: str, every: int, json_file: str | None, **reading: Any) -> Non
     """Tell the noise of the ranges in SOURCE, as 'extract' and others come to take it.
 
     The variance of a range r is sigma^2 + (relative r)^2; roughness is how far long walls are off
-    planes beyond that. Behind each is its standard error. How steady it is tell the median factors
-    by which the noise at the mean range changes: from one estimate to the next, every 10 scans,
-    once 50 have been seen; and from scan to scan where each is to tell it by itself.
+    planes beyond that. Behind each is its standard error. The correlation is how alike the
+    errors of neighbouring beams are; beyond 0.1 it keeps walls in one piece. How steady the noise
+    is tell the median factors by which it changes at the mean range: from one estimate to the next,
+    every 10 scans, once 50 have been seen; and from scan to scan where each tells it by itself.
 
     \b
     Examples:
@@ -123,6 +124,7 @@ def _print(found: dict[str, Any]) -> None:
         ("sigma", f"{1e3 * found['sigma']:.2f} ± {1e3 * error['sigma']:.2f} mm"),
         ("relative", f"{1e2 * found['relative']:.3f} ± {1e2 * error['relative']:.3f} %"),
         ("roughness", f"{1e3 * found['roughness']:.1f} ± {1e3 * error['roughness']:.1f} mm"),
+        ("correlation", f"{found['correlation']:.2f} of neighbours' errors"),
         ("together", f"{1e3 * found['at_mean_range']:.2f} mm at {found['mean_range']:.2f} m"),
         ("changes by", f"{factors[0]} in {SELDOM} scans, {factors[1]} from scan to scan alone"),
     ]

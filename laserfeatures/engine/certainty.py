@@ -79,7 +79,7 @@ def inflate_covariances(points: Sequence, walls: Walls, told: bool) -> None:
     """
     share = 0.0
     for i in range(points.x.size):
-        rough = points.floor[i] - INCIDENCE_FLOOR
+        rough = points.floor[i] - points.lasting[i] - INCIDENCE_FLOOR
         share += rough / (1.0 + rough)
     share /= max(points.x.size, 1)
     if not told:

@@ -36,7 +36,8 @@ class WallDetector:
         What that grows by with the range, as a share of it; both add up as squares. None: 0 where
         `range_sigma` is given.
     roughness : float or None
-        Standard deviation of walls from planes [m]. None: what a `NoiseModel` or the scan tells.
+        Standard deviation of walls from planes [m]. None: what a `NoiseModel` or the scan tells,
+        as well as how alike the errors of neighbouring ranges are; given, they are independent.
     min_points : int
         Points that a wall has at least.
     max_missed : int
@@ -103,13 +104,13 @@ class WallDetector:
 
     def prepared(self, scan: LaserScan, noise: "RangeNoise | None" = None) -> FloatArray:
         """Return the table of the returns of `scan` (see `Sequence`)."""
-        sigma, relative, roughness = self._noise
+        sigma, relative, roughness, correlation = self._noise
         if noise is not None and self.range_sigma is None:
             sigma, relative = noise.sigma, noise.relative
             if self.roughness is None:
-                roughness = noise.roughness
+                roughness, correlation = noise.roughness, noise.correlation
         limits = (scan.range_min, scan.range_max)
-        told = (sigma, relative, roughness)
+        told = (sigma, relative, roughness, correlation)
         return prepare(scan.directions, scan.ranges, limits, scan.ring, *told)[0]
 
     def propose(self, table: FloatArray) -> FloatArray:  # noqa: ARG002
@@ -117,10 +118,10 @@ class WallDetector:
         return NOTHING
 
     @cached_property
-    def _noise(self) -> tuple[float, float, float]:
+    def _noise(self) -> tuple[float, float, float, float]:
         sigma = -1.0 if self.range_sigma is None else self.range_sigma
-        roughness = -1.0 if self.roughness is None else self.roughness
-        return sigma, self.range_sigma_relative or 0.0, roughness
+        correlation = -1.0 if self.roughness is None else 0.0
+        return sigma, self.range_sigma_relative or 0.0, self.roughness or 0.0, correlation
 
     @cached_property
     def _limits(self) -> tuple[int, int, float, float, int, bool]:

@@ -59,20 +59,22 @@ def prepare(
     sigma: float,
     relative: float,
     roughness: float,
-) -> tuple[FloatArray, tuple[float, float, float]]:
-    """Return the table of a scan's returns, and its noise (sigma, relative, roughness).
+    correlation: float,
+) -> tuple[FloatArray, tuple[float, float, float, float]]:
+    """Return the table of a scan's returns, and its noise: the same four numbers.
 
-    A negative `sigma` or `roughness` is unknown: it is estimated.
+    A negative `sigma` or `correlation` is unknown: it is estimated.
     """
     # 1. Order the returns.
     table = in_order(directions, ranges, limits, ring)
     points = as_sequence(table)
     # 2. Estimate the noise.
-    noise = Noise(sigma, relative, roughness)
-    if sigma < 0.0 or roughness < 0.0:
+    noise = Noise(sigma, relative, roughness, correlation)
+    if sigma < 0.0 or correlation < 0.0:
         noise = estimate_noise(points, noise)
     weigh(points, noise)
-    return without_lone(table), (noise.sigma, noise.relative, noise.roughness)
+    told = (noise.sigma, noise.relative, noise.roughness, noise.correlation)
+    return without_lone(table), told
 
 
 @kernel

@@ -17,7 +17,7 @@ from laserfeatures.engine.noise import (
     UNKNOWN,
     WIDTH,
     fit_noise,
-    lasting_errors,
+    likeness,
     stretches,
 )
 from laserfeatures.engine.sequence import as_sequence, in_order
@@ -98,8 +98,8 @@ def fit_cells(cells: FloatArray, least: float, mean: float, alike: float) -> Flo
     floor = least * PURE
     found = np.array([max(constant, floor), growing, errors[0] * alike, errors[1] * alike])
     found[2:] = np.sqrt(found[2:])
-    lasting = lasting_errors(variance, square, steps, count, constant, growing)
-    return np.append(found, lasting) / PURE
+    alike = likeness(variance, square, steps, count, constant, growing)
+    return np.append(found / PURE, alike)
 
 
 @helper

@@ -25,8 +25,6 @@ PARABOLA = 2.0 / 3.0  # of errors that are a parabola through eight
 INDEPENDENT, SCATTER = 2.39, 0.58
 MANY = 12  # stretches that tell how alike neighbours' errors are
 SURE = 3.5  # standard errors: less may be chance
-LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
-LASTING = 400.0  # variance of errors that last, in those of a range, for a likeness of 1
 
 
 @helper
@@ -38,26 +36,25 @@ def estimate_noise(points: Sequence, known: Noise) -> Noise:
     begun at a low quantile, settles on the former.
     """
     variance, square, steps, least, mean = stretches(points)
-    sigma, relative, roughness = known.sigma, known.relative, known.roughness
+    sigma, relative, correlation = known.sigma, known.relative, known.correlation
     if variance.size < FEWEST:
         if sigma < 0.0:
             sigma, relative = max(UNKNOWN * mean, math.sqrt(least)), 0.0
-        return Noise(sigma, relative, max(roughness, 0.0))
+        return Noise(sigma, relative, known.roughness, max(correlation, 0.0))
     one = np.ones(variance.size)
     if sigma < 0.0:
         begin = float(np.partition(variance, int(LOW * variance.size))[int(LOW * variance.size)])
         constant, growing = fit_noise(variance, square, one, begin, least)
         sigma, relative = math.sqrt(constant), math.sqrt(growing)
-    if roughness < 0.0:
-        roughness = 0.0
+    if correlation < 0.0:
+        correlation = 0.0
         if points.x.size >= APART * STRETCH:
-            lasting = lasting_errors(variance, square, steps, one, sigma**2, relative**2)
-            roughness = math.sqrt(lasting)
-    return Noise(sigma, relative, roughness)
+            correlation = likeness(variance, square, steps, one, sigma**2, relative**2)
+    return Noise(sigma, relative, known.roughness, correlation)
 
 
 @leaf
-def lasting_errors(
+def likeness(
     variance: FloatArray,
     square: FloatArray,
     steps: FloatArray,
@@ -65,22 +62,21 @@ def lasting_errors(
     constant: float,
     growing: float,
 ) -> float:
-    """Return the variance of errors that last over many returns [m^2], told from their likeness.
+    """Return how alike the errors of neighbouring ranges are, 0 where that may be chance.
 
     The errors of independent ranges step from each to the next; those of neighbours that a sensor
     smooths or interpolates do so less, and stray the farther over a long wall.
     """
-    n = ratio = noise = 0.0
+    n = ratio = 0.0
     for k in range(variance.size):
         expected = constant + growing * square[k]
         if abs(math.log(variance[k] / expected)) < WIDTH:
             n += count[k]
             ratio += count[k] * steps[k]
-            noise += count[k] * expected
-    likeness = 1.0 - ratio / max(n, 1.0) / INDEPENDENT
-    if n < MANY or likeness < SURE * SCATTER / INDEPENDENT / math.sqrt(n):
-        return 0.0  # may be chance
-    return LASTING * max(likeness - LIKENESS, 0.0) * noise / n
+    alike = 1.0 - ratio / max(n, 1.0) / INDEPENDENT
+    if n < MANY or alike < SURE * SCATTER / INDEPENDENT / math.sqrt(n):
+        return 0.0
+    return alike
 
 
 @helper

@@ -13,13 +13,15 @@ GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that
 NOISES = 5.0  # standard deviations of a step that noise may make
 FARTHEST = 1e9  # [m]; beyond, squares of squares overflow
 MISSED = 4  # beams without a return beyond which the next one jumps, too
-OFTEN = 8  # beams that show one and the same range
+OFTEN = 5  # beams that show one and the same range
 STEPS = 4.0  # of the ranges' resolution by which a wall differs from a constant
 LONE = 2.0  # a stray return is this many times as far from its neighbours as they from each other
 
 # What does not vanish of the range variance where a wall is met at grazing incidence: the width
 # and the angle of the beam err, too.
 INCIDENCE_FLOOR = 0.02
+LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
+LASTING = 400.0  # variance of errors that last, in those of a range, for a correlation of 1
 
 
 class Noise(NamedTuple):
@@ -28,6 +30,7 @@ class Noise(NamedTuple):
     sigma: float  # standard deviation of a range [m]; negative: not known
     relative: float  # what it grows by with the range [m/m]
     roughness: float  # standard deviation of walls from planes [m]
+    correlation: float  # how alike the errors of neighbouring ranges are; 0: independent
 
 
 class Sequence(NamedTuple):
@@ -43,6 +46,7 @@ class Sequence(NamedTuple):
     jump: FloatArray  # 1 where the return does not go on on the surface of the one before
     beam: FloatArray  # number of the beam; in a ring it goes on counting past the last
     source: FloatArray  # number of the beam in the scan
+    lasting: FloatArray  # what of the floor stands for errors that last over many returns
 
 
 ROWS = len(Sequence._fields)
@@ -53,7 +57,7 @@ def as_sequence(table: FloatArray) -> Sequence:
     """Name the rows of a table (ROWS, P)."""
     return Sequence(
         table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7], table[8],
-        table[9],
+        table[9], table[10],
     )  # fmt: skip
 
 
@@ -172,13 +176,15 @@ def seam(directions: FloatArray, ranges: FloatArray, valid: IntArray) -> int:
 def weigh(points: Sequence, noise: Noise) -> None:
     """Fill in what follows from the noise: variance, weight, floor and jump."""
     rough = noise.roughness * noise.roughness
+    lasting = LASTING * max(noise.correlation - LIKENESS, 0.0)
     before = math.inf
     for i in range(points.x.size):
         r = points.x[i] * points.ux[i] + points.y[i] * points.uy[i]
         variance = noise.sigma * noise.sigma + noise.relative * noise.relative * r * r
         points.variance[i] = variance
         points.weight[i] = r * r / variance
-        points.floor[i] = INCIDENCE_FLOOR + rough / variance
+        points.lasting[i] = lasting
+        points.floor[i] = INCIDENCE_FLOOR + rough / variance + lasting
         points.jump[i] = 1.0
         if i > 0:
             cross = points.ux[i - 1] * points.uy[i] - points.uy[i - 1] * points.ux[i]

@@ -144,7 +144,9 @@ class KanadeTomasi:
         if noise is not None and self.range_sigma is None:
             sigma, relative = noise.sigma, noise.relative
         limits = (scan.range_min, scan.range_max)
-        table, _ = prepare(scan.directions, scan.ranges, limits, scan.ring, sigma, relative, 0.0)
+        table, _ = prepare(
+            scan.directions, scan.ranges, limits, scan.ring, sigma, relative, 0.0, 0.0
+        )
         lines = outline(
             table,
             resolution=self.resolution,
