@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numba import njit
+from numba.core.registry import CPUDispatcher
 from numba.extending import is_jitted
 
 if TYPE_CHECKING:
@@ -28,7 +29,35 @@ def kernel(function: _F) -> "Dispatcher[_F]":
             dispatcher._cache = _Cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
     except (AttributeError, RuntimeError):  # an unknown numba; no folder that can be written to
         dispatcher = njit(error_model="numpy")(function)  # compiled anew in each run
+    if type(dispatcher) is CPUDispatcher:
+        dispatcher.__class__ = _Interruptible
     return dispatcher
+
+
+def interruption(error: BaseException) -> BaseException:
+    """Return what a signal's handler raised while compiled code ran; else the error itself.
+
+    What compiled code returns is wrapped up by Python, which runs handlers then. numba does not
+    look whether one has raised, so that Python finds a result and an exception at once: to it that
+    is a `SystemError`, maybe within another one.
+    """
+    while isinstance(error, SystemError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+class _Interruptible(CPUDispatcher):
+    """A kernel out of which Ctrl-C comes as `KeyboardInterrupt`. It costs 0.15 us a call."""
+
+    def __call__(self, *args: Any) -> Any:
+        """Run it."""
+        try:
+            return _call(self, *args)
+        except SystemError as error:
+            raise interruption(error) from None
+
+
+_call = CPUDispatcher.__call__
 
 
 # What only kernels call is a helper: a part of them, which compiles in half the time without the

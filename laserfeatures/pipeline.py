@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from laserfeatures.compiled import interruption
 from laserfeatures.data import Features, LaserScan, LineSegments, PointFeatures
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
@@ -102,7 +103,10 @@ class Pipeline:
     ) -> LineSegments | PointFeatures:
         """Return what the detector finds, before the other stages; parameters as of a call."""
         detector: Callable[..., LineSegments | PointFeatures] = self.detector
-        return detector(scan, noise=noise) if self._takes_noise else detector(scan)
+        try:
+            return detector(scan, noise=noise) if self._takes_noise else detector(scan)
+        except SystemError as error:  # maybe Ctrl-C, in compiled code of the detector's own
+            raise interruption(error) from None
 
     @cached_property
     def _takes_noise(self) -> bool:

@@ -62,7 +62,7 @@ def extract(
     A corner is real where both of its lines have a segment that reaches it. The evidence of a line
     says by how much the scan is likelier with it [nats], a corner's is that of its weaker line; 0
     where the extractor tells none. A file is complete or absent: it takes its name when all scans
-    are done.
+    are done, and replaces an older file of that name.
 
     \b
     Examples:
