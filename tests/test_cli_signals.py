@@ -1,12 +1,16 @@
 """Signals: every command heeds them, cleans up, stops lasers, and tells them by its exit status."""
 
+import importlib
 import os
+import pkgutil
 import pty
 import signal
 import subprocess
 import sys
 import time
+import typing
 
+import laserfeatures_plugins
 import numpy as np
 import pytest
 from bounded import Child
@@ -14,8 +18,9 @@ from cli_runs import ENTRY, carmen_log, run, start
 from numba import config, njit
 from numbered import NumberedFeed
 
+import laserfeatures
 import laserfeatures as lf
-from laserfeatures import registry
+from laserfeatures import compiled, registry
 from laserfeatures.emulators import Emulator
 from laserfeatures.emulators.devices import device_class
 from laserfeatures.simulation import Scanner, hallway
@@ -73,6 +78,22 @@ def test_what_a_handler_raises_comes_out_of_compiled_code(name, error, monkeypat
     for after in np.linspace(0.001, 0.004, TRIES):
         with pytest.raises(error):
             interrupt(extractor, after, error)
+
+
+def test_no_kernel_returns_a_named_tuple():
+    """Making one runs code of Python, and a handler in it: numba then ends the interpreter."""
+    seen = 0
+    for package in (laserfeatures, laserfeatures_plugins):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if module.name.endswith("__main__"):
+                continue
+            for value in vars(importlib.import_module(module.name)).values():
+                if isinstance(value, compiled._Interruptible):
+                    seen += 1
+                    returned = typing.get_type_hints(value.py_func)["return"]
+                    parts = typing.get_args(returned) or (returned,)
+                    assert not any(hasattr(part, "_fields") for part in parts), value
+    assert seen > 20 or config.DISABLE_JIT
 
 
 @pytest.mark.parametrize(
@@ -203,8 +224,6 @@ def test_ctrl_c_is_heard_though_a_script_started_it_in_the_background(command, t
 )
 @pytest.mark.parametrize("shut", [">&-", "2>&-", "<&-", ">&- 2>&-", "> /dev/full", "<&- >&- 2>&-"])
 def test_no_traceback_where_a_standard_stream_is_closed_or_full(command, shut, tmp_path):
-    if command == "extract {log}" and shut != ">&-":
-        pytest.skip("told by the others; it takes long")
     names = {"log": carmen_log(tmp_path / "a.log", 2), "out": tmp_path / "out.jsonl"}
     given = command.format(**names).split()
     done = subprocess.run(  # noqa: S603 - our own command
@@ -224,3 +243,18 @@ def test_no_traceback_where_a_standard_stream_is_closed_or_full(command, shut, t
         assert "standard output is closed" in done.stderr or "No space left" in done.stderr
     if "{out}" in command:
         assert names["out"].read_text().count("\n") == 2
+
+
+def test_children_of_tests_hear_signals_and_end_with_the_block():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        command = [sys.executable, "-c", "import time; print(1, flush=True); time.sleep(600)"]
+        with Child(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+            process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=30) == -signal.SIGINT
+        with pytest.raises(KeyError), Child(command) as process:
+            raise KeyError
+        assert process.returncode == -signal.SIGKILL
+    finally:
+        signal.signal(signal.SIGINT, before)
