@@ -23,7 +23,7 @@ def read_only(
         If the shape differs.
     """
     array = np.asarray(value, dtype=dtype, order="C")
-    if array.flags.writeable:
+    if array.flags.writeable or not array.flags.aligned:  # kernels are compiled for no other
         array = array.copy()
         array.flags.writeable = False
     if array.shape != shape and (

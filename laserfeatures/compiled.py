@@ -1,10 +1,12 @@
 """How the kernels are compiled, and when what an earlier run has compiled still holds."""
 
 import hashlib
+import inspect
+import operator
 from collections.abc import Callable, Mapping
 from string import hexdigits
 from types import CodeType, FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numba import njit
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
 
 _F = TypeVar("_F", bound=Callable[..., object])
+_NUMBERS = int | np.bool_ | np.integer | np.floating  # but Python's float: it fits as it is
 _PLAIN = {int, float, bool, str, type(None)}
 
 
@@ -30,7 +33,7 @@ def kernel(function: _F) -> "Dispatcher[_F]":
     except (AttributeError, RuntimeError):  # an unknown numba; no folder that can be written to
         dispatcher = njit(error_model="numpy")(function)  # compiled anew in each run
     if type(dispatcher) is CPUDispatcher:
-        dispatcher.__class__ = _Interruptible
+        dispatcher.__class__ = _Kernel
     return dispatcher
 
 
@@ -46,8 +49,11 @@ def interruption(error: BaseException) -> BaseException:
     return error
 
 
-class _Interruptible(CPUDispatcher):
-    """A kernel out of which Ctrl-C comes as `KeyboardInterrupt`. It costs 0.15 us a call."""
+class _Kernel(CPUDispatcher):
+    """A kernel as Python calls it: Ctrl-C is heard, and numbers are of the types it is written for.
+
+    Ctrl-C comes out of it as `KeyboardInterrupt`, which costs 0.15 us a call.
+    """
 
     def __call__(self, *args: Any) -> Any:
         """Run it."""
@@ -56,8 +62,42 @@ class _Interruptible(CPUDispatcher):
         except SystemError as error:
             raise interruption(error) from None
 
+    def _compile_for_args(self, *args: Any, **named: Any) -> Any:
+        """Return what is to be called in place of code for such arguments, which there is not.
+
+        Numbers of other types than the kernel's annotations are made to fit: compiling for them
+        takes long. Code for the others is compiled.
+        """
+        fitted = tuple(map(_fitted, args, self._hints()))
+        if named or len(fitted) != len(args) or all(map(operator.is_, args, fitted)):
+            return super()._compile_for_args(*args, **named)  # type: ignore[misc] # it has one
+        return lambda *_: self(*fitted)
+
+    def _hints(self) -> list[Any]:
+        names = inspect.signature(self.py_func).parameters
+        try:
+            hints = get_type_hints(self.py_func)
+        except NameError:  # of what is only there for type checkers
+            hints = self.py_func.__annotations__
+        return [hints.get(name) for name in names]
+
 
 _call = CPUDispatcher.__call__
+
+
+def _fitted(value: Any, hint: Any) -> Any:
+    """Return a number, or a tuple of them, in the types of an annotation; the rest as it is."""
+    if hint is float and isinstance(value, _NUMBERS):
+        return float(value)
+    if hint is int and isinstance(value, bool | np.bool_ | np.integer):
+        return int(value)
+    if isinstance(value, tuple):
+        hints = get_type_hints(hint).values() if hasattr(hint, "_fields") else get_args(hint)
+        if len(hints) == len(value):
+            items = list(map(_fitted, value, hints))
+            if not all(map(operator.is_, items, value)):
+                return type(value)(*items) if hasattr(value, "_fields") else tuple(items)
+    return value
 
 
 # What only kernels call is a helper: a part of them, which compiles in half the time without the
@@ -140,7 +180,9 @@ class _Contents:
         elif isinstance(value, type):  # maybe an enumeration or a named tuple
             fields = getattr(value, "__members__", None), getattr(value, "_fields", None)
             self._parts.append(f"{value} {fields}")
-        elif type(value).__module__.startswith("numba.") and hasattr(value, "__wrapped__"):
+        elif isinstance(value, _Kernel) or (
+            type(value).__module__.startswith("numba.") and hasattr(value, "__wrapped__")
+        ):
             self._parts.append(_text(getattr(value, "targetoptions", None)))
             self._add(value.__wrapped__)
         else:

@@ -1,11 +1,16 @@
 """What all parameters of extractors and stages are checked for alike: their types."""
 
+import re
 from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
+_NAMED: dict[Any, Any] = {
+    "int": int, "bool": bool, "float": float, "float | None": float | None,
+    "Optional[float]": float | None,
+}  # fmt: skip
 BITS = 31  # of a whole number, unless its field's metadata tell other "bits": OpenCV takes no more
 
 
@@ -22,12 +27,13 @@ def settle(owner: Any) -> None:
     """
     for field in fields(owner):
         value = getattr(owner, field.name)
-        if field.type is int:
+        kind = _NAMED.get(field.type, field.type)  # a name after "from __future__ import .."
+        if kind is int:
             value = whole(field.name, value, field.metadata.get("bits", BITS))
-        elif field.type is bool:
+        elif kind is bool:
             value = _truth(field.name, value)
-        elif field.type is float or (field.type == float | None and value is not None):
-            value = _number(field.name, value)
+        elif kind is float or (kind == float | None and value is not None):
+            value = _number(field.name, value, owner)
         object.__setattr__(owner, field.name, value)  # it may be frozen
 
 
@@ -49,13 +55,42 @@ def whole(name: str, value: Any, bits: int = BITS) -> int:
     return int(value)
 
 
-def _number(name: str, value: Any) -> float:
+def number(name: str, value: Any, owner: Any) -> float:
+    """Return a number of what has been measured, such as a scan's range limit, as a float.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if type(value) is float:  # most are: that is quick
+        return value
+    if isinstance(value, np.ndarray) and not value.ndim:  # out of a file of NumPy's
+        value = value[()]
+    return _number(name, value, owner)
+
+
+def _number(name: str, value: Any, owner: Any) -> float:
     if not isinstance(value, bool) and isinstance(value, Real):
         try:
             return float(value)
         except OverflowError:  # of an int of more digits than a float holds
             pass
-    raise ValueError(f"{name} must be a number, got {value!r}")
+    raise ValueError(f"{name} must be a number{_unit(owner, name)}, got {value!r}")
+
+
+def _unit(owner: Any, name: str) -> str:
+    """Return a parameter's unit as its docstring tells it, " [rad]", or nothing."""
+    for kind in type(owner).__mro__:
+        entry = re.search(
+            rf"^( *)(?:\w+, )*{re.escape(name)}(?:, \w+)* :.*\n((?:\1 +\S.*\n)+)",
+            kind.__doc__ or "",
+            re.MULTILINE,
+        )
+        if entry:
+            unit = re.search(r"\[[a-zA-Z][^\],]*\]", " ".join(entry[2].split()))
+            return f" {unit[0]}" if unit else ""
+    return ""
 
 
 def _truth(name: str, value: Any) -> bool:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from laserfeatures.compiled import interruption
 from laserfeatures.data import Features, LaserScan, LineSegments, PointFeatures
+from laserfeatures.engine.detector import WallDetector
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
+from laserfeatures.parameters import settle
 from laserfeatures.segment_filter import SegmentFilter
 
 if TYPE_CHECKING:
@@ -65,6 +67,8 @@ class Pipeline:
             value = getattr(self, stage)
             if not isinstance(value, kind):
                 raise TypeError(f"{stage} must be a {kind.__name__}, got {value!r}")
+        if isinstance(self.detector, WallDetector):  # whatever its own __post_init__ checks
+            settle(self.detector)
 
     def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> Features:
         """Return the line segments and corners of `scan`.

@@ -88,7 +88,7 @@ def test_no_kernel_returns_a_named_tuple():
             if module.name.endswith("__main__"):
                 continue
             for value in vars(importlib.import_module(module.name)).values():
-                if isinstance(value, compiled._Interruptible):
+                if isinstance(value, compiled._Kernel):
                     seen += 1
                     returned = typing.get_type_hints(value.py_func)["return"]
                     parts = typing.get_args(returned) or (returned,)
