@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 import numpy as np
 from numba import njit
 from numba.core.registry import CPUDispatcher
-from numba.extending import is_jitted
+
+from laserfeatures.compiled_cache import Cache, NoCache
 
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
@@ -26,14 +27,10 @@ def kernel(function: _F) -> "Dispatcher[_F]":
 
     Division by zero gives inf or nan, as in NumPy: Python's check would double the code.
     """
-    try:
-        dispatcher = njit(cache=True, error_model="numpy")(function)
-        if is_jitted(dispatcher):  # not with NUMBA_DISABLE_JIT; numba offers no other way
-            dispatcher._cache = _Cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
-    except (AttributeError, RuntimeError):  # an unknown numba; no folder that can be written to
-        dispatcher = njit(error_model="numpy")(function)  # compiled anew in each run
+    dispatcher = njit(error_model="numpy")(function)
     if type(dispatcher) is CPUDispatcher:
         dispatcher.__class__ = _Kernel
+        dispatcher._cache = _cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
     return dispatcher
 
 
@@ -117,27 +114,11 @@ inlined = njit(  # type: ignore[call-overload] # as above
 )
 
 
-class _Cache:
-    """A kernel's cache as numba makes it, but fresh only while all is that the kernel compiles in.
-
-    To numba it is fresh while the kernel's own file is. The rest is looked at when the kernel is
-    first called: only then all of it is defined, and importing it takes no longer.
-    """
-
-    def __init__(self, dispatcher: Any) -> None:
-        self._dispatcher = dispatcher
-        self._cache = dispatcher._cache  # noqa: SLF001 - see `kernel`
-        self._index = self._cache._cache_file  # noqa: SLF001
-        self._stamp = self._index._source_stamp  # noqa: SLF001
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._cache, name)
-
-    def load_overload(self, signature: Any, context: Any) -> Any:
-        """Load what is compiled. Where nothing is, numba compiles and saves it next."""
-        contents = _Contents(self._dispatcher).digest()
-        self._index._source_stamp = self._stamp, contents  # noqa: SLF001
-        return self._cache.load_overload(signature, context)
+def _cache(dispatcher: Any) -> Any:
+    try:
+        return Cache(dispatcher.py_func, lambda: _Contents(dispatcher).digest())
+    except (AttributeError, TypeError, RuntimeError):  # an unknown numba; no folder for it
+        return NoCache(dispatcher.py_func)
 
 
 class _Contents:

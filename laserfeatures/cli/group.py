@@ -1,6 +1,7 @@
 """The command group: how every command ends."""
 
 import errno
+import logging
 import os
 import signal
 import sys
@@ -43,7 +44,7 @@ class CommandGroup(click.Group):
             return super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
         _open_streams()
         try:
-            with _ended_by_signals():
+            with _ended_by_signals(), _compiling_told():
                 status = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
         except click.exceptions.NoArgsIsHelpError as error:
             error.show()
@@ -120,6 +121,30 @@ def _discard_output() -> None:
     """Send what is still buffered nowhere, so that the interpreter's own flush does not fail."""
     with suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Teller(logging.Handler):
+    """Says what is logged."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Say it."""
+        _say(record.getMessage())
+
+
+@contextmanager
+def _compiling_told() -> Iterator[None]:
+    """Say that code cannot be kept, and on a terminal that it is compiled: it takes long."""
+    logger = logging.getLogger("laserfeatures.compiled")
+    level, propagate, teller = logger.level, logger.propagate, _Teller()
+    logger.setLevel(logging.INFO if sys.stderr.isatty() else logging.WARNING)
+    logger.propagate = False
+    logger.addHandler(teller)
+    try:
+        yield
+    finally:
+        logger.removeHandler(teller)
+        logger.setLevel(level)
+        logger.propagate = propagate
 
 
 @contextmanager
