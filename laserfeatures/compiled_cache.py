@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 from numba.core.caching import (
     CompileResultCacheImpl,
@@ -74,7 +74,7 @@ class _Places(CompileResultCacheImpl):
     The package's own folders are left out: what is in them stays there when it is uninstalled.
     """
 
-    _locator_classes: ClassVar[list[Any]] = [
+    _locator_classes = [  # noqa: RUF012 - as numba has it
         *(each for each in _USUAL if each is not InTreeCacheLocator),
         _Temporary,
     ]

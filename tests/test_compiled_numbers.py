@@ -9,6 +9,7 @@ from typing import NamedTuple
 import laserfeatures_plugins
 import numpy as np
 import pytest
+from cli_runs import fails, run
 from numba import config
 
 import laserfeatures
@@ -138,3 +139,28 @@ def test_every_number_that_a_kernel_is_given_is_annotated():
     for kernel in KERNELS:
         assert None not in kernel._hints(), kernel
     assert {field.name for field in fields(Careless)} > {"own"}
+
+
+def test_warm_up_compiles_all_that_python_calls():
+    result = run("warm-up")
+    assert result.exit_code == 0, result.stderr
+    rows = [line.split() for line in result.stdout.splitlines()]
+    assert [row[0] for row in rows] == [*lf.list_extractors(), "SLAM"]
+    assert all(row[2] == "s" and float(row[1]) >= 0 for row in rows)
+    left = {kernel.__name__ for kernel in KERNELS if not kernel.overloads}
+    assert left <= {"bins_on", "is_gap"}  # only tests call them from Python
+
+
+def test_warm_up_of_some_and_of_broken_ones(monkeypatch):
+    def broken():
+        raise OSError("no such luck")
+
+    monkeypatch.setitem(lf.registry._registered, "broken", broken)
+    assert "extractor 'broken' cannot be made" in fails("warm-up", "broken")
+    assert "did you mean 'ransac'" in fails("warm-up", "ransc")
+    assert run("warm-up", "ransac").stdout.startswith("ransac ")
+    monkeypatch.setattr("laserfeatures.list_extractors", lambda: ("broken", "ransac"))
+    result = run("warm-up")
+    assert result.exit_code == 0
+    assert "laserfeatures: broken is left out: extractor 'broken' cannot be made" in result.stderr
+    assert [line.split()[0] for line in result.stdout.splitlines()] == ["ransac", "SLAM"]
