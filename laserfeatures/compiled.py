@@ -13,6 +13,7 @@ from numba import njit
 from numba.core.registry import CPUDispatcher
 
 from laserfeatures.compiled_cache import Cache, NoCache
+from laserfeatures.compiled_signals import heard_outside_of_callbacks
 
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
@@ -67,7 +68,8 @@ class _Kernel(CPUDispatcher):
         """
         fitted = tuple(map(_fitted, args, self._hints()))
         if named or len(fitted) != len(args) or all(map(operator.is_, args, fitted)):
-            return super()._compile_for_args(*args, **named)  # type: ignore[misc] # it has one
+            with heard_outside_of_callbacks():
+                return super()._compile_for_args(*args, **named)  # type: ignore[misc] # it has one
         return lambda *_: self(*fitted)
 
     def _hints(self) -> list[Any]:

@@ -8,13 +8,16 @@ import signal
 import subprocess
 import sys
 import time
+import types
 import typing
+from contextlib import suppress
 
 import laserfeatures_plugins
 import numpy as np
 import pytest
 from bounded import Child
 from cli_runs import ENTRY, carmen_log, run, start
+from llvmlite.binding.executionengine import ExecutionEngine
 from numba import config, njit
 from numbered import NumberedFeed
 
@@ -94,6 +97,37 @@ def test_no_kernel_returns_a_named_tuple():
                     parts = typing.get_args(returned) or (returned,)
                     assert not any(hasattr(part, "_fields") for part in parts), value
     assert seen > 20 or config.DISABLE_JIT
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="the kind of fault is one of compiling")
+@pytest.mark.parametrize("where", ["_raw_object_cache_notify", "__del__", "elsewhere"])
+def test_ctrl_c_while_llvm_calls_back_is_heard(where, monkeypatch):
+    """Python is only called back after LLVM was busy: there handlers run, and nothing comes out."""
+    sent = []
+
+    def lost():  # as ctypes has it: the exception is shown, and gone
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+    callback = types.FunctionType(lost.__code__.replace(co_name=where), globals())
+    assert hasattr(ExecutionEngine, "_raw_object_cache_notify")
+
+    def compiling(*_args, **_named):
+        sent.append(1)
+        callback()
+        if where != "elsewhere":
+            time.sleep(30)
+        return lambda x: x
+
+    monkeypatch.setattr(compiled.CPUDispatcher, "_compile_for_args", compiling)
+    fresh = compiled.kernel(lambda x: x)
+    if where == "elsewhere":
+        fresh(1.0)  # what this test takes for granted: there it is lost
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            fresh(1.0)
+    assert sent
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize(
