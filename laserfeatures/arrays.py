@@ -35,7 +35,7 @@ def read_only(
         array = np.asarray(value, dtype=dtype, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} must be an array of numbers: {error}") from error
-    if array.flags.writeable:
+    if array.flags.writeable or not array.flags.aligned:  # kernels are compiled for no other
         array = array.copy()
         array.flags.writeable = False
     if array.shape != shape and (

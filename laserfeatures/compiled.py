@@ -1,19 +1,25 @@
 """How the kernels are compiled, and when what an earlier run has compiled still holds."""
 
 import hashlib
+import inspect
+import operator
 from collections.abc import Callable, Mapping
 from string import hexdigits
 from types import CodeType, FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numba import njit
-from numba.extending import is_jitted
+from numba.core.registry import CPUDispatcher
+
+from laserfeatures.compiled_cache import Cache, NoCache
+from laserfeatures.compiled_signals import heard_outside_of_callbacks
 
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
 
 _F = TypeVar("_F", bound=Callable[..., object])
+_NUMBERS = int | np.bool_ | np.integer | np.floating  # but Python's float: it fits as it is
 _PLAIN = {int, float, bool, str, type(None)}
 
 
@@ -22,13 +28,75 @@ def kernel(function: _F) -> "Dispatcher[_F]":
 
     Division by zero gives inf or nan, as in NumPy: Python's check would double the code.
     """
-    try:
-        dispatcher = njit(cache=True, error_model="numpy")(function)
-        if is_jitted(dispatcher):  # not with NUMBA_DISABLE_JIT; numba offers no other way
-            dispatcher._cache = _Cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
-    except (AttributeError, RuntimeError):  # an unknown numba; no folder that can be written to
-        dispatcher = njit(error_model="numpy")(function)  # compiled anew in each run
+    dispatcher = njit(error_model="numpy")(function)
+    if type(dispatcher) is CPUDispatcher:
+        dispatcher.__class__ = _Kernel
+        dispatcher._cache = _cache(dispatcher)  # type: ignore[attr-defined] # noqa: SLF001
     return dispatcher
+
+
+def interruption(error: BaseException) -> BaseException:
+    """Return what a signal's handler raised while compiled code ran; else the error itself.
+
+    What compiled code returns is wrapped up by Python, which runs handlers then. numba does not
+    look whether one has raised, so that Python finds a result and an exception at once: to it that
+    is a `SystemError`, maybe within another one.
+    """
+    while isinstance(error, SystemError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+class _Kernel(CPUDispatcher):
+    """A kernel as Python calls it: Ctrl-C is heard, and numbers are of the types it is written for.
+
+    Ctrl-C comes out of it as `KeyboardInterrupt`, which costs 0.15 us a call.
+    """
+
+    def __call__(self, *args: Any) -> Any:
+        """Run it."""
+        try:
+            return _call(self, *args)
+        except SystemError as error:
+            raise interruption(error) from None
+
+    def _compile_for_args(self, *args: Any, **named: Any) -> Any:
+        """Return what is to be called in place of code for such arguments, which there is not.
+
+        Numbers of other types than the kernel's annotations are made to fit: compiling for them
+        takes long. Code for the others is compiled.
+        """
+        fitted = tuple(map(_fitted, args, self._hints()))
+        if named or len(fitted) != len(args) or all(map(operator.is_, args, fitted)):
+            with heard_outside_of_callbacks():
+                return super()._compile_for_args(*args, **named)  # type: ignore[misc] # it has one
+        return lambda *_: self(*fitted)
+
+    def _hints(self) -> list[Any]:
+        names = inspect.signature(self.py_func).parameters
+        try:
+            hints = get_type_hints(self.py_func)
+        except NameError:  # of what is only there for type checkers
+            hints = self.py_func.__annotations__
+        return [hints.get(name) for name in names]
+
+
+_call = CPUDispatcher.__call__
+
+
+def _fitted(value: Any, hint: Any) -> Any:
+    """Return a number, or a tuple of them, in the types of an annotation; the rest as it is."""
+    if hint is float and isinstance(value, _NUMBERS):
+        return float(value)
+    if hint is int and isinstance(value, bool | np.bool_ | np.integer):
+        return int(value)
+    if isinstance(value, tuple):
+        hints = get_type_hints(hint).values() if hasattr(hint, "_fields") else get_args(hint)
+        if len(hints) == len(value):
+            items = list(map(_fitted, value, hints))
+            if not all(map(operator.is_, items, value)):
+                return type(value)(*items) if hasattr(value, "_fields") else tuple(items)
+    return value
 
 
 # What only kernels call is a helper: a part of them, which compiles in half the time without the
@@ -48,27 +116,11 @@ inlined = njit(  # type: ignore[call-overload] # as above
 )
 
 
-class _Cache:
-    """A kernel's cache as numba makes it, but fresh only while all is that the kernel compiles in.
-
-    To numba it is fresh while the kernel's own file is. The rest is looked at when the kernel is
-    first called: only then all of it is defined, and importing it takes no longer.
-    """
-
-    def __init__(self, dispatcher: Any) -> None:
-        self._dispatcher = dispatcher
-        self._cache = dispatcher._cache  # noqa: SLF001 - see `kernel`
-        self._index = self._cache._cache_file  # noqa: SLF001
-        self._stamp = self._index._source_stamp  # noqa: SLF001
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._cache, name)
-
-    def load_overload(self, signature: Any, context: Any) -> Any:
-        """Load what is compiled. Where nothing is, numba compiles and saves it next."""
-        contents = _Contents(self._dispatcher).digest()
-        self._index._source_stamp = self._stamp, contents  # noqa: SLF001
-        return self._cache.load_overload(signature, context)
+def _cache(dispatcher: Any) -> Any:
+    try:
+        return Cache(dispatcher.py_func, lambda: _Contents(dispatcher).digest())
+    except (AttributeError, TypeError, RuntimeError):  # an unknown numba; no folder for it
+        return NoCache(dispatcher.py_func)
 
 
 class _Contents:
@@ -111,7 +163,9 @@ class _Contents:
         elif isinstance(value, type):  # maybe an enumeration or a named tuple
             fields = getattr(value, "__members__", None), getattr(value, "_fields", None)
             self._parts.append(f"{value} {fields}")
-        elif type(value).__module__.startswith("numba.") and hasattr(value, "__wrapped__"):
+        elif isinstance(value, _Kernel) or (
+            type(value).__module__.startswith("numba.") and hasattr(value, "__wrapped__")
+        ):
             self._parts.append(_text(getattr(value, "targetoptions", None)))
             self._add(value.__wrapped__)
         else:

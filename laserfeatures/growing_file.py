@@ -1,6 +1,7 @@
 """A file that grows under its own name: what is written stays, whatever ends the program."""
 
 import errno
+import fcntl
 import os
 from pathlib import Path
 from typing import Self
@@ -19,7 +20,8 @@ class GrowingFile:
     Raises
     ------
     OSError
-        If it cannot be written to, or is there already and must not be replaced.
+        If it cannot be written to, is there already and must not be replaced, or is being written
+        by another program.
     """
 
     def __init__(self, path: str | Path, *, replace: bool = False) -> None:
@@ -33,6 +35,23 @@ class GrowingFile:
             )
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
         self._descriptor = os.open(self.path, flags, 0o666)
+        if self._plain:
+            self._lock()
+
+    def _lock(self) -> None:
+        """Keep other programs from growing this file; the lock goes with the descriptor."""
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            ours = os.path.samestat(self.path.stat(), os.fstat(self._descriptor))
+        except (BlockingIOError, FileNotFoundError):
+            ours = False  # the other one may just have removed what it had made
+        except OSError:  # a file system without locks
+            ours = True
+        if not ours:
+            os.close(self._descriptor)
+            raise FileExistsError(
+                errno.EEXIST, "another program is writing it: give another name", str(self.path)
+            )
 
     def write(self, data: bytes) -> None:
         """Write lines, all or as much as there is room for.

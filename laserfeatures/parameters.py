@@ -7,6 +7,10 @@ from typing import Any
 
 import numpy as np
 
+_NAMED: dict[Any, Any] = {
+    "int": int, "bool": bool, "float": float, "float | None": float | None,
+    "Optional[float]": float | None,
+}  # fmt: skip
 BITS = 31  # of a whole number, unless its field's metadata tell other "bits": OpenCV takes no more
 
 
@@ -23,11 +27,12 @@ def settle(owner: Any) -> None:
     """
     for field in fields(owner):
         value = getattr(owner, field.name)
-        if field.type is int:
+        kind = _NAMED.get(field.type, field.type)  # a name after "from __future__ import .."
+        if kind is int:
             value = whole(field.name, value, field.metadata.get("bits", BITS))
-        elif field.type is bool:
+        elif kind is bool:
             value = _truth(field.name, value)
-        elif field.type is float or (field.type == float | None and value is not None):
+        elif kind is float or (kind == float | None and value is not None):
             value = _number(field.name, value, owner)
         object.__setattr__(owner, field.name, value)  # it may be frozen
 
@@ -48,6 +53,21 @@ def whole(name: str, value: Any, bits: int = BITS) -> int:
     if not is_whole(value, bits):
         raise ValueError(f"{name} must be a whole number under 2**{bits}, got {value!r}")
     return int(value)
+
+
+def number(name: str, value: Any, owner: Any) -> float:
+    """Return a number of what has been measured, such as a scan's range limit, as a float.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if type(value) is float:  # most are: that is quick
+        return value
+    if isinstance(value, np.ndarray) and not value.ndim:  # out of a file of NumPy's
+        value = value[()]
+    return _number(name, value, owner)
 
 
 def _number(name: str, value: Any, owner: Any) -> float:

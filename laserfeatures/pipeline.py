@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from laserfeatures.compiled import interruption
 from laserfeatures.data import Features, LaserScan, LineSegments, PointFeatures
+from laserfeatures.engine.detector import WallDetector
 from laserfeatures.errors import PluginError
 from laserfeatures.intersections import Intersections
+from laserfeatures.parameters import settle
 from laserfeatures.segment_filter import SegmentFilter
 
 if TYPE_CHECKING:
@@ -64,6 +67,8 @@ class Pipeline:
             value = getattr(self, stage)
             if not isinstance(value, kind):
                 raise TypeError(f"{stage} must be a {kind.__name__}, got {value!r}")
+        if isinstance(self.detector, WallDetector):  # whatever its own __post_init__ checks
+            settle(self.detector)
 
     def __call__(self, scan: LaserScan, *, noise: "RangeNoise | None" = None) -> Features:
         """Return the line segments and corners of `scan`.
@@ -109,7 +114,10 @@ class Pipeline:
         if noise is not None and not hasattr(noise, "sigma"):
             raise TypeError(f"noise must be a RangeNoise, as a NoiseModel tells, got {noise!r}")
         detector: Callable[..., LineSegments | PointFeatures] = self.detector
-        return detector(scan, noise=noise) if self._takes_noise else detector(scan)
+        try:
+            return detector(scan, noise=noise) if self._takes_noise else detector(scan)
+        except SystemError as error:  # maybe Ctrl-C, in compiled code of the detector's own
+            raise interruption(error) from None
 
     @cached_property
     def _takes_noise(self) -> bool:

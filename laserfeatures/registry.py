@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from laserfeatures.errors import PluginError, UnknownExtractorError
+from laserfeatures.optional import system_library
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
@@ -180,7 +181,7 @@ def _load(entry: "EntryPoint") -> Factory:
     except Exception as error:
         raise PluginError(
             f"extractor {entry.name!r} of {_distribution(entry)} cannot be loaded from "
-            f"{entry.value!r}: {type(error).__name__}: {error}"
+            f"{entry.value!r}: {system_library(error) or f'{type(error).__name__}: {error}'}"
         ) from error
     if not callable(factory):
         raise PluginError(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, Record, read_only, unmasked
+from laserfeatures.parameters import number
 
 GAP = 0.5  # [rad]; a wider one is no step of a ring with uneven steps
 FULL_TURN = 2 * math.pi * (1 + 1e-6)  # a full turn may have a beam at both -pi and pi
@@ -141,6 +142,10 @@ class LaserScan(Record):
             _last_beams[0] = beams
         ranges = read_only(self.ranges, "ranges", beams.angles.shape)
         self._set(angles=beams.angles, ranges=ranges)
+        for name in ("range_min", "range_max", "stamp"):
+            value = getattr(self, name)
+            if type(value) is not float:  # kernels are compiled for no other
+                self._set(**{name: number(name, value, self)})
         if not (0 <= self.range_min < self.range_max):
             raise ValueError(
                 "limits must be 0 <= range_min < range_max, "

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from bounded import Child
 from click.testing import CliRunner
 
 from laserfeatures.cli import main
@@ -45,11 +46,11 @@ def fails(*arguments):
     return result.stderr
 
 
-def start(*arguments, code=ENTRY, env=None, **pipes):
+def start(*arguments, code=ENTRY, env=None, **options):
     """Start the command as a process of its own."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | pipes
-    return subprocess.Popen(  # noqa: S603 - our own command
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    return Child(
         [sys.executable, "-c", code, *map(str, arguments)],
         env={**os.environ, **(env or {})},
-        **pipes,
+        **options,
     )

@@ -14,6 +14,7 @@ FILES = sorted([*CORE.rglob("*.py"), *PLUGINS.rglob("*.py")])
 
 # Each may import what stands before it; those of one row do not know each other.
 LAYERS = [
+    ("compiled_cache", "compiled_signals"),
     ("errors", "arrays", "growing_file", "compiled", "parameters"),
     ("scan", "optional"),
     ("data", "poses"),

@@ -5,6 +5,7 @@ from cli_runs import fails, run
 
 import laserfeatures as lf
 from laserfeatures.cli.tour import tour
+from laserfeatures.optional import install_line
 from laserfeatures.simulation import hallway
 
 
@@ -29,7 +30,7 @@ def test_without_matplotlib_the_table_is_still_printed(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)  # makes its import fail
     result = run("demo", "-o", tmp_path / "demo.png")
     assert result.exit_code == 0
-    assert "pip install 'laserfeatures[plots]'" in result.stderr
+    assert install_line("plots") in result.stderr
     assert "all" in result.stdout
     assert not list(tmp_path.iterdir())
 

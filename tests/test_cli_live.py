@@ -55,14 +55,24 @@ def test_the_output_is_what_extract_writes(recording, tmp_path):
     assert "corners" in both.stderr
 
 
-def test_an_older_output_stays_unless_forced(recording, tmp_path):
+def test_an_older_output_is_replaced_as_by_extract_but_stays_where_nothing_comes(
+    recording, tmp_path
+):
     path = tmp_path / "live.jsonl"
     path.write_text("precious")
-    arguments = ("live", f"replay:{recording}?speed=50", "-o", path)
-    assert "is there already" in fails(*arguments)
+    fails("live", "ld19:///dev/no-such-port", "-o", path)
     assert path.read_text() == "precious"
-    assert run(*arguments, "--force").exit_code == 0
-    assert json.loads(path.read_text().splitlines()[0])["index"] == 0
+    for arguments in (["live", f"replay:{recording}?speed=50"], ["extract", recording]):
+        path.write_text("old")
+        assert run(*arguments, "-o", path).exit_code == 0
+        assert json.loads(path.read_text().splitlines()[0])["index"] == 0
+    assert run("live", f"replay:{recording}?speed=50", "-o", path, "--force").exit_code == 0
+    for command, rule in (
+        ("live", "replaces an older file of that name"),
+        ("extract", "replaces an older file of that name"),
+        ("record", "an older one is replaced with --force only"),
+    ):
+        assert rule in " ".join(run(command, "--help").stdout.split())
 
 
 def test_what_is_no_port_is_named(recording, tmp_path):

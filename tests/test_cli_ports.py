@@ -6,6 +6,7 @@ import threading
 import time
 
 import pytest
+from bounded import until
 from cli_runs import fails, run, start
 from played import address, ld19
 
@@ -41,8 +42,7 @@ def test_ctrl_c_completes_what_is_written(port, tmp_path):
     path = tmp_path / "out.jsonl"
     with start("extract", port, "-e", "split_and_merge", "-o", path) as process:
         aside = tmp_path / f".out.jsonl.{process.pid}.part"
-        while not (aside.exists() and aside.stat().st_size):  # its first block
-            assert process.poll() is None
+        until(lambda: aside.exists() and aside.stat().st_size)  # its first block
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=30)
         assert (out, err.count(b"\n")) == (b"", 1)

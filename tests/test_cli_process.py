@@ -69,6 +69,39 @@ def test_a_terminal_gets_a_progress_bar(log, tmp_path):
     assert b"200" in shown
 
 
+COMPILES = """
+import laserfeatures as lf
+from laserfeatures.compiled import kernel
+
+@kernel
+def twice(x):
+    return 2 * x
+
+def detector(scan):
+    twice(scan.stamp)
+    return lf.LineSegments.none(len(scan))
+
+lf.register_extractor("compiles", lambda: detector)
+""" + ENTRY  # fmt: skip
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_terminal_is_told_that_compiling_takes_long(log, terminal):
+    ours, theirs = pty.openpty()
+    arguments = ("extract", log, "-e", "compiles", "--count", "2")
+    there = theirs if terminal else subprocess.PIPE
+    with start(*arguments, code=COMPILES, stderr=there) as process:
+        os.close(theirs)
+        shown = b"" if terminal else process.stderr.read()
+        with suppress(OSError):  # how a terminal tells its end
+            while terminal and (part := os.read(ours, 4096)):
+                shown += part
+        os.close(ours)
+        assert process.wait(timeout=60) == 0
+    assert shown.count(b"laserfeatures: compiling (once; ") == terminal
+    assert terminal or not shown
+
+
 @pytest.mark.parametrize(
     ("number", "status", "words"),
     [(signal.SIGINT, 130, b"interrupted"), (signal.SIGTERM, 143, b"")],

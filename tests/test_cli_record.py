@@ -1,10 +1,10 @@
 import itertools
 import json
-import os
 import re
 import signal
 
 import pytest
+from bounded import until
 from cli_runs import fails, run, start
 from played import address, ld19
 
@@ -117,6 +117,39 @@ def test_ctrl_c_ends_it(port, tmp_path):
     assert json.loads(path.read_text().splitlines()[-1])["end"] is True
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_sigterm_and_sighup_end_it_as_ctrl_c_does(port, tmp_path, number):
+    path = tmp_path / "run.rec"
+    with start("record", port, "-o", path) as process:
+        until_scanned(path)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 128 + number
+    assert not out
+    assert re.fullmatch(rb"laserfeatures: \d+ scans in .*\n", err)
+    last = json.loads(path.read_text().splitlines()[-1])
+    assert last["end"] is True
+    assert "error" not in last
+
+
+def test_two_recordings_into_one_file(tmp_path):
+    path = tmp_path / "run.rec"
+    with (
+        ld19(link=tmp_path / "one") as one,
+        ld19(link=tmp_path / "two") as two,
+        start("record", address(one), "-o", path, "--force") as process,
+    ):
+        until_scanned(path)
+        line = fails("record", address(two), "-o", path, "--force", "--scans", 2)
+        assert "run.rec: another program is writing it: give another name" in line
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+        with lf.open_source(path) as source:
+            assert len(list(source)) >= 3
+        assert run("record", address(two), "-o", path, "--force", "--scans", 2).exit_code == 0
+    assert scans_beside(path) == 2
+
+
 def test_what_was_written_before_a_kill_is_read(port, tmp_path):
     path = tmp_path / "run.rec"
     with start("record", port, "-o", path) as process:
@@ -128,5 +161,4 @@ def test_what_was_written_before_a_kill_is_read(port, tmp_path):
 
 def until_scanned(path):
     """Wait until a recording has some scans."""
-    while not path.exists() or path.read_bytes().count(b'"scan"') < 4:
-        os.sched_yield()
+    until(lambda: path.exists() and path.read_bytes().count(b'"scan"') >= 4)

@@ -17,6 +17,7 @@ from laserfeatures.cli.slam_simulate_table import COLUMNS, table_of
 from laserfeatures.cli.testbench_tables import print_page
 from laserfeatures.comparison.document import Document
 from laserfeatures.mapping.robot_motion import motion_of
+from laserfeatures.optional import install_line
 from laserfeatures.simulation import read_plan
 from laserfeatures.simulation.robot import Robot
 from laserfeatures.testbench.pages import Page
@@ -192,7 +193,7 @@ def test_a_folder_that_cannot_be_made_and_the_plan_as_output_are_refused(plan, t
 
 def test_without_mujoco_it_says_what_to_install(plan, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    assert "pip install 'laserfeatures[sim]'" in fails(plan, "-o", tmp_path)
+    assert install_line("sim") in fails(plan, "-o", tmp_path)
 
 
 def test_an_extractor_that_breaks_is_named(plan, tmp_path, monkeypatch):

@@ -2,16 +2,19 @@
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from enum import IntEnum
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 from numba import config
 
-from laserfeatures import compiled
+from laserfeatures import compiled, compiled_cache
 
 DECORATORS = f"from {compiled.__name__} import helper, inlined, kernel\n"
 CODE = {
@@ -62,8 +65,11 @@ def parts(tmp_path):
     return folder
 
 
-def run(parts, code=CALL, **settings):
-    """Run code that imports the package in a process of its own; -B: Python caches nothing."""
+def run(parts, code=CALL, says=None, **settings):
+    """Run code that imports the package in a process of its own; -B: Python caches nothing.
+
+    It says one line on standard error, or nothing.
+    """
     env = os.environ | {
         "NUMBA_CACHE_DIR": str(parts.parent / "cache"),
         "NUMBA_DISABLE_JIT": "0",
@@ -77,6 +83,8 @@ def run(parts, code=CALL, **settings):
         check=False,
     )
     assert done.returncode == 0, done.stderr
+    assert done.stderr.count("\n") == (says is not None), done.stderr
+    assert says is None or re.search(says, done.stderr), done.stderr
     return json.loads(done.stdout)
 
 
@@ -121,22 +129,121 @@ def test_what_changes_no_code_leaves_the_cache_as_it_is(parts):
     assert sorted((parts.parent / "cache").rglob("*.nb?")) == files
 
 
-def test_a_cache_in_the_package_does_the_same(parts):
-    assert run(parts, NUMBA_CACHE_DIR="") == [TOTAL, 0]
-    assert any((parts / "__pycache__").glob("top.total*.nbi"))
-    edit(parts / "deep.py", "x + 10.0", "x + 20.0")
-    assert run(parts, NUMBA_CACHE_DIR="") == [TOTAL + 10.0, 0]
-    assert run(parts, NUMBA_CACHE_DIR="") == [TOTAL + 10.0, 1]
+def files_of(folder):
+    return [path for path in folder.rglob("*.nb?") if path.is_file()]
 
 
-def test_a_package_that_cannot_be_written_to_is_cached_for_the_user_or_not_at_all(parts):
-    (parts / "__pycache__").touch()  # no folder can be made there
+def elsewhere(**settings):
+    """Return settings by which nothing is cached but in the folders given."""
+    nowhere = dict.fromkeys(("NUMBA_CACHE_DIR", "TMPDIR", "TEMP", "TMP"), "")
+    return {**nowhere, "XDG_CACHE_HOME": os.devnull, **settings}
+
+
+def test_the_cache_of_the_user_is_outside_of_the_package_and_does_the_same(parts):
     user = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(parts.parent / "user")}
     assert run(parts, **user) == [TOTAL, 0]
-    assert run(parts, **user) == [TOTAL, 1]
-    nobody = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": os.devnull}
-    assert run(parts, **nobody) == [TOTAL, 0]
-    assert run(parts, **nobody) == [TOTAL, 0]
+    assert len(files_of(parts.parent / "user")) == 2
+    assert not files_of(parts)
+    edit(parts / "deep.py", "x + 10.0", "x + 20.0")
+    assert run(parts, **user) == [TOTAL + 10.0, 0]
+    assert run(parts, **user) == [TOTAL + 10.0, 1]
+
+
+def test_without_a_folder_of_the_user_a_temporary_one_is_taken_and_told(parts):
+    temporary = parts.parent / "temporary"
+    temporary.mkdir()
+    settings = elsewhere(TMPDIR=str(temporary))
+    assert run(parts, says="until that is cleared: set NUMBA_CACHE_DIR to", **settings) == [
+        TOTAL,
+        0,
+    ]
+    assert run(parts, **settings) == [TOTAL, 1]  # and not a word
+    (own,) = temporary.glob("laserfeatures-*")
+    assert own.stat().st_mode & 0o777 == 0o700
+    own.chmod(0o777)  # anybody could put code there
+    assert run(parts, says="each run compiles anew", **settings) == [TOTAL, 0]
+    assert run(parts, says="each run compiles anew", **settings) == [TOTAL, 0]
+
+
+def test_a_folder_that_was_chosen_but_cannot_be_written_to_is_told(parts):
+    (parts.parent / "file").touch()
+    (parts.parent / "temporary").mkdir()
+    settings = {"TMPDIR": str(parts.parent / "temporary"), "XDG_CACHE_HOME": os.devnull}
+    chosen = str(parts.parent / "file" / "folder")
+    assert run(parts, says="set NUMBA_CACHE_DIR to", NUMBA_CACHE_DIR=chosen, **settings)[0] == TOTAL
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damage", ["emptied", "cut", "flipped", "nonsense", "folder", "unreadable"]
+)
+def test_a_damaged_cache_is_made_anew(parts, ending, damage):
+    assert run(parts) == [TOTAL, 0]
+    (path,) = (parts.parent / "cache").rglob(f"*.{ending}")
+    content = path.read_bytes()
+    middle = len(content) // 2
+    if damage == "folder":
+        path.unlink()
+        path.mkdir()
+        assert run(parts, says="cannot be kept in .*: set NUMBA_CACHE_DIR to") == [TOTAL, 0]
+        return
+    if damage == "unreadable":
+        path.unlink()
+        path.symlink_to(path)
+    else:
+        flipped = content[:middle] + bytes([content[middle] ^ 64]) + content[middle + 1 :]
+        damaged = {"emptied": b"", "cut": content[:middle], "flipped": flipped}
+        path.write_bytes(damaged.get(damage, b"nonsense" * 100))
+    assert run(parts)[0] == TOTAL
+    assert run(parts) == [TOTAL, 1]
+
+
+def test_a_full_disk_does_not_hurt_and_what_it_leaves_is_not_believed(parts):
+    full = """
+import errno
+from numba.core.caching import IndexDataCacheFile
+
+def no_room(self, data):
+    if not isinstance(data, tuple) or len(data) == WHICH:
+        raise OSError(errno.ENOSPC, "No space left on device")
+    return dumps(data)
+
+from numba.core.serialize import dumps
+IndexDataCacheFile._dump = no_room
+"""
+    assert run(parts) == [TOTAL, 0]
+    edit(parts / "deep.py", "x + 10.0", "x + 20.0")
+    for which in (2, 3):  # no room for the index; for it, but not for the code
+        code = full.replace("WHICH", str(which)) + CALL
+        says = r"\(\[Errno 28\] No space left on device\): set NUMBA_CACHE_DIR to"
+        assert run(parts, code, says=says) == [TOTAL + 10.0, 0]
+    assert run(parts) == [TOTAL + 10.0, 0]  # the old code is still there, under its name
+    assert run(parts) == [TOTAL + 10.0, 1]
+
+
+def test_code_of_another_variant_under_a_name_is_not_believed(parts):
+    """Two processes that save at once may write one name."""
+    both = CALL.replace("total(0.0)", "total(0.0) + total(np.zeros(1))[0]", 1)
+    both = "import numpy as np" + both
+    assert run(parts, both) == [2 * TOTAL, 0]
+    one, two = sorted((parts.parent / "cache").rglob("*.nbc"))
+    shutil.copy(one, two)
+    assert run(parts, both) == [2 * TOTAL, 1]
+    assert run(parts, both) == [2 * TOTAL, 2]
+
+
+def test_what_is_compiled_is_logged_once_for_who_asks():
+    code = """
+import json, logging
+told = []
+logging.basicConfig(level=logging.INFO, handlers=[logging.NullHandler()])
+logging.getLogger("laserfeatures.compiled").addFilter(lambda r: told.append(r.getMessage()))
+from laserfeatures.compiled import kernel
+for function in (lambda x: x + 1.0, lambda x: x + 2.0):
+    kernel(function)(1.0)
+print(json.dumps(told))
+"""
+    assert run(Path(__file__).parent / "none", code)[0].startswith("compiling (once; ")
 
 
 def test_without_jit_kernels_are_plain_functions(parts):
@@ -156,14 +263,15 @@ needs_jit = pytest.mark.skipif(config.DISABLE_JIT, reason="without JIT there is 
 
 @needs_jit
 def test_a_numba_that_is_made_otherwise_leaves_kernels_without_a_cache(monkeypatch):
-    def fails(dispatcher):
-        return dispatcher.nothing_of_this_name
+    def fails(*_):
+        raise AttributeError
 
     def twice(x):
         return 2 * x
 
-    assert type(compiled.kernel(twice)._cache) is compiled._Cache
-    monkeypatch.setattr(compiled, "_Cache", fails)
+    assert type(compiled.kernel(twice)._cache) is compiled.Cache
+    monkeypatch.setattr(compiled, "Cache", fails)
+    monkeypatch.setattr(compiled_cache, "_told", {"NUMBA_CACHE_DIR"})
     bare = compiled.kernel(twice)
     assert bare._cache.cache_path is None
     assert bare(2.0) == 4.0

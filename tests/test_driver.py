@@ -9,6 +9,7 @@ import time
 from contextlib import ExitStack, suppress
 
 import pytest
+from bounded import Child
 from numbered import NumberedFeed, numbers_of
 
 from laserfeatures import DeviceLostError, DriverError, DriverTimeoutError, ProtocolError
@@ -161,14 +162,11 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_closes_the_port():
     with emulator() as played:
-        process = subprocess.Popen(  # noqa: S603 - our own interpreter and code
-            [sys.executable, "-c", CTRL_C, f"ld19://{played.port}"],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert process.stdout.readline() == "scan\n"
-        process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=10)
+        command = [sys.executable, "-c", CTRL_C, f"ld19://{played.port}"]
+        with Child(command, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == "scan\n"
+            process.send_signal(signal.SIGINT)
+            rest, _ = process.communicate(timeout=10)
         assert rest.splitlines()[-1] == "interrupted, open: False"
         assert process.returncode == 0
 
@@ -234,8 +232,8 @@ def test_the_sweep_stops_after_an_exception_and_after_ctrl_c(name):
             raise KeyError
         assert not sends_on(played)
         command = [sys.executable, "-c", CTRL_C, f"{name}:{played.port}"]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)  # noqa: S603 - ours
-        assert process.stdout.readline() == "scan\n"
-        process.send_signal(signal.SIGINT)
-        assert "interrupted, open: False" in process.communicate(timeout=20)[0]
+        with Child(command, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == "scan\n"
+            process.send_signal(signal.SIGINT)
+            assert "interrupted, open: False" in process.communicate(timeout=20)[0]
         assert not sends_on(played)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bounded import until
 from recordings import needs_recordings
 from urg_lines import Line, line, numbered, real_session
 
@@ -99,8 +100,7 @@ def test_one_answer_a_turn_while_the_laser_is_on():
     times = []
     for _ in range(3):
         talk.send(b"VV\n")
-        while not talk.hear(0.001):
-            pass
+        until(lambda: talk.hear(0.001), pause=0)
         times.append(talk.now)
     assert np.diff(times) == pytest.approx(0.1, abs=0.002)
     talk = line()

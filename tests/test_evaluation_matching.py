@@ -1,6 +1,7 @@
 """One-to-one matching of corners by distance, and of lines by their beams."""
 
 import math
+import re
 import subprocess
 import sys
 
@@ -13,6 +14,7 @@ from scenes import segments_of
 
 from laserfeatures import LineSegments, MissingDependencyError
 from laserfeatures.evaluation import Truth, match_corners, match_lines
+from laserfeatures.optional import install_line
 
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
 NOWHERE = np.empty((0, 2))
@@ -179,7 +181,7 @@ def test_features_and_truth_of_scans_of_different_sizes_are_refused():
 
 def test_without_scipy_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)  # makes its import fail
-    hint = r"^scores need SciPy: pip install 'laserfeatures\[evaluation\]'$"
+    hint = f"^{re.escape('scores need SciPy: ' + install_line('evaluation'))}$"
     with pytest.raises(MissingDependencyError, match=hint):
         match_corners(NOWHERE, NOWHERE)
     with pytest.raises(MissingDependencyError, match=hint):

@@ -1,5 +1,6 @@
 import io
 import math
+import re
 import sys
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from laserfeatures import (
     Pose2D,
     figures,
 )
+from laserfeatures.optional import install_line
 
 
 def lines(theta, d):
@@ -185,5 +187,5 @@ def test_an_unknown_ending_names_the_known_ones(name):
 
 def test_without_matplotlib_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'laserfeatures\[plots\]'"):
+    with pytest.raises(MissingDependencyError, match=re.escape(install_line("plots"))):
         figures.new_figure()

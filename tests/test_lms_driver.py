@@ -6,6 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from bounded import until
 from lms_lines import Numbered, turn_of, wall
 
 from laserfeatures.drivers import Sweep
@@ -173,11 +174,9 @@ def test_a_scanner_that_restarts_at_another_rate_is_waited_for(monkeypatch):
     ):
         next(driver)
         scanner.faults.rates["restart"] = 1.0
-        while scanner._lives == 1:
-            time.sleep(0.002)
+        until(lambda: scanner._lives != 1)
         scanner.faults.rates.clear()
-        while not driver.losses.restarts:
-            next(driver)
+        until(lambda: driver.losses.restarts, lambda: next(driver))
         assert len(next(driver)) == 361
         assert (driver.losses.silences, driver.losses.restarts) == (1, 1)
 
@@ -216,8 +215,7 @@ def test_unplugging(tmp_path):
         with Lms(port=emulator.port, baud=500_000, reconnect=True) as driver:
             next(driver)
             faults.unplugged = True
-            while not driver.losses.reconnects:
-                next(driver)
+            until(lambda: driver.losses.reconnects, lambda: next(driver))
             assert len(next(driver)) == 361
         with Lms(port=emulator.port, baud=500_000) as driver:
             faults.unplugged = True

@@ -1,8 +1,7 @@
 """Faults on the line of the LMS2xx: every undamaged scan comes, and none that was not sent."""
 
-import time
-
 import pytest
+from bounded import until
 from hypothesis import given
 from hypothesis import strategies as st
 from lms_lines import Numbered, host, turn_of
@@ -57,11 +56,9 @@ def test_scans_come_again_after_the_scanner_was_away(fault):
     ):
         found = [turn_of(next(driver))]
         scanner.faults.rates[fault] = 0.05
-        while not any(kind == fault for _, kind in scanner.frames):
-            time.sleep(0.005)
+        until(lambda: any(kind == fault for _, kind in scanner.frames))
         scanner.faults.rates.clear()
-        while not driver.losses.restarts:
-            found.append(turn_of(next(driver)))
+        until(lambda: driver.losses.restarts, lambda: found.append(turn_of(next(driver))))
         found += [turn_of(next(driver)) for _ in range(20)]
     assert found == sorted(set(found))
     fault_of = dict(scanner.frames)

@@ -1,4 +1,5 @@
 import math
+import re
 import sys
 
 import numpy as np
@@ -7,6 +8,7 @@ from robots import PERFECT, room
 
 import laserfeatures as lf
 from laserfeatures.data import Pose2D
+from laserfeatures.optional import install_line
 from laserfeatures.poses import compose, relative
 from laserfeatures.simulation import World
 from laserfeatures.simulation.robot import DriveError, Robot, drive
@@ -152,5 +154,5 @@ def test_a_follower_turns_on_the_spot_and_is_done_at_the_end():
 
 def test_without_mujoco_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(lf.MissingDependencyError, match=r"pip install 'laserfeatures\[sim\]'"):
+    with pytest.raises(lf.MissingDependencyError, match=re.escape(install_line("sim"))):
         next(drive(room()))

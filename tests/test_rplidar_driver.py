@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from bounded import until
 from rplidar_room import ROOM, STAND, off_the_walls, room_feed
 
 from laserfeatures.drivers import make_driver
@@ -158,8 +159,7 @@ def test_a_sweep_that_ends_is_started_again(fault):
     with Emulator(device) as emulator, RPLidar(port=emulator.port) as lidar:
         next(lidar)
         device.faults.rates[fault] = 1.0
-        while not any(name for _, name in device.frames):
-            time.sleep(0.01)
+        until(lambda: any(name for _, name in device.frames))
         device.faults.rates.clear()
         scans = [next(lidar) for _ in range(4)]
     assert lidar.losses.silences >= 1
@@ -178,8 +178,7 @@ def test_an_unplugged_device_comes_back(tmp_path):
     link = tmp_path / "lidar"
     emulator = Emulator(device, link=link)
     with emulator, RPLidar(port=str(link), reconnect=True) as lidar:
-        while not lidar.losses.reconnects:
-            next(lidar)
+        until(lambda: lidar.losses.reconnects, lambda: next(lidar))
         device.faults.rates.clear()
         scan = next(lidar)
     assert off_the_walls(scan).max() < 0.015

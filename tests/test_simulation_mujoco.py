@@ -1,5 +1,6 @@
 """The scanner's rays against those of MuJoCo, in the same worlds."""
 
+import re
 import sys
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import pytest
 
 from laserfeatures import Pose2D
 from laserfeatures.errors import MissingDependencyError
+from laserfeatures.optional import install_line
 from laserfeatures.simulation import (
     Scanner,
     World,
@@ -136,5 +138,5 @@ def test_what_has_no_size_is_refused(sizes):
 
 def test_without_mujoco_the_error_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)  # as if it were not there
-    with pytest.raises(MissingDependencyError, match=r"pip install 'laserfeatures\[sim\]'"):
+    with pytest.raises(MissingDependencyError, match=re.escape(install_line("sim"))):
         add_world(None, hallway()[0])

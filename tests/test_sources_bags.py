@@ -17,6 +17,8 @@ from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
+from laserfeatures.optional import install_line
+
 NOETIC = get_typestore(Stores.ROS1_NOETIC)
 HUMBLE = get_typestore(Stores.ROS2_HUMBLE)
 LASER = "sensor_msgs/msg/LaserScan"
@@ -172,7 +174,7 @@ def test_without_rosbags_the_extra_is_named(tmp_path):
         f"try: lf.open_source({str(path)!r})\n"
         "except lf.MissingDependencyError as error: print(error)"
     )
-    assert said == "reading bags needs rosbags: pip install 'laserfeatures[ros]'\n"
+    assert said == f"reading bags needs rosbags: {install_line('ros')}\n"
 
 
 def test_rosbags_is_imported_only_for_bags():

@@ -1,3 +1,4 @@
+import re
 import sys
 
 import numpy as np
@@ -5,6 +6,7 @@ import pytest
 from robots import PLAN_FILE
 
 import laserfeatures as lf
+from laserfeatures.optional import install_line
 from laserfeatures.simulation import read_plan
 from laserfeatures.simulation.robot import drive
 from laserfeatures.sources.formats import FORMATS
@@ -109,5 +111,5 @@ def test_the_seed_can_be_another_than_the_plans(plan_file):
 
 def test_without_mujoco_the_error_says_what_to_install(plan_file, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(lf.MissingDependencyError, match=r"pip install 'laserfeatures\[sim\]'"):
+    with pytest.raises(lf.MissingDependencyError, match=re.escape(install_line("sim"))):
         lf.open_source(plan_file)

@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from bounded import Child
 
 import laserfeatures as lf
 from laserfeatures.testbench.workers import core_count, in_parallel
@@ -87,7 +88,7 @@ def test_progress_sees_each_item():
 def test_ctrl_c_ends_the_workers_without_a_word_of_theirs(tmp_path):
     script = tmp_path / "sleepers.py"
     script.write_text(SLEEPERS)
-    with subprocess.Popen(  # noqa: S603 - our own interpreter and code
+    with Child(
         [sys.executable, script],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -17,6 +17,7 @@ from laserfeatures.cli.record import record
 from laserfeatures.cli.simulate import simulate
 from laserfeatures.cli.slam import slam
 from laserfeatures.cli.testbench import testbench
+from laserfeatures.cli.warm import warm_up
 
 __all__ = ["main"]
 
@@ -56,7 +57,7 @@ def main() -> None:
 
 COMMANDS = (
     *(compare, demo, emulate, extract, extractors, info),
-    *(live, noise, plot, record, simulate, slam, testbench),
+    *(live, noise, plot, record, simulate, slam, testbench, warm_up),
 )
 
 for command in COMMANDS:

@@ -34,7 +34,7 @@ Write = Callable[[dict[str, Any]], None]
 @extractors.extractor_options
 @noise_option
 @click.option("-o", "--output", type=click.Path(), help="Write the features of each scan, as JSON.")
-@click.option("--force", is_flag=True, help="Replace that file if it is there already.")
+@click.option("--force", is_flag=True, hidden=True, expose_value=False)  # it is the rule by now
 @click.option("--seconds", type=values.Quantity("s"), help="How long; else to Ctrl-C.")
 @click.option("--reconnect", is_flag=True, help="Wait for a device that is unplugged, and go on.")
 def live(
@@ -43,7 +43,6 @@ def live(
     params: tuple[str, ...],
     noise: str,
     output: str | None,
-    force: bool,
     seconds: float | None,
     reconnect: bool,
 ) -> None:
@@ -51,8 +50,9 @@ def live(
 
     PORT is an address as urg:///dev/ttyACM0, or replay:FILE for a recording. Shown are the rate,
     the latency from a scan's first byte to its features, what was lost, and the nearest corners; in
-    a pipe, a line of it each second. --output writes what 'extract' writes, line by line: what is
-    written stays. Ctrl-C ends it.
+    a pipe, a line of it each second. --output writes what 'extract' writes, and replaces an older
+    file of that name as 'extract' does, but line by line: what is written stays. Ctrl-C ends it, as
+    do SIGTERM and a terminal that closes: all of them stop the sweep.
 
     \b
     Examples:
@@ -65,7 +65,7 @@ def live(
     _warm_up(pipeline, Noises(noise))
     replayed = port.startswith("replay:")
     address = with_query(port, seconds=seconds, reconnect=reconnect and not replayed)
-    with _writer(output, force=force) as write, opened(address) as source:
+    with _writer(output) as write, opened(address) as source:
         if not isinstance(source, LiveSource):
             raise click.UsageError(
                 f"{port} is no port: expected an address as urg:///dev/ttyACM0, or "
@@ -111,13 +111,13 @@ def _display(output: str | None) -> Block | Lines:
 
 
 @contextmanager
-def _writer(output: str | None, *, force: bool) -> Iterator[Write]:
+def _writer(output: str | None) -> Iterator[Write]:
     if output is None:
         yield lambda _record: None
     elif output == STDOUT:
         yield lambda record: click.echo(_line(record))
     else:
-        with GrowingFile(output, replace=force) as file:
+        with GrowingFile(output, replace=True) as file:
             yield lambda record: file.write(_line(record).encode() + b"\n")
 
 

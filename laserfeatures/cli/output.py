@@ -97,6 +97,30 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
+@contextmanager
+def made_folder(folder: str) -> Iterator[None]:
+    """Make a folder, and those that it is in; whatever ends the block early takes empty ones away.
+
+    Raises
+    ------
+    click.UsageError
+        If it cannot be made.
+    """
+    path = Path(folder).absolute()
+    new = [each for each in (path, *path.parents) if not each.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
+    try:
+        yield
+    except BaseException:
+        for each in new:
+            with suppress(OSError):  # something is in it
+                each.rmdir()
+        raise
+
+
 def _files_of(source: str) -> set[Path]:
     """Return the file that a source reads, be it a log or the recording of a replay."""
     recording = source.removeprefix("replay:").partition("?")[0]

@@ -10,6 +10,7 @@ from urllib.parse import urlencode
 
 import click
 
+from laserfeatures.cli.group import ENDING, ended_by, ignore_further
 from laserfeatures.errors import shown
 from laserfeatures.sources.live import LiveSource
 from laserfeatures.sources.log import LOGGER
@@ -25,19 +26,24 @@ NOTICES = LOGGER.name
 def ended_by_ctrl_c(source: "Source") -> Iterator[None]:
     """Let the first Ctrl-C end a port's scans as a log ends; the second one interrupts.
 
-    Its time limit ends it, too, while no scan comes.
+    SIGTERM and SIGHUP do the same, and are the command's exit status. The source's time limit ends
+    it, too, while no scan comes.
     """
     if not isinstance(source, LiveSource):
         yield
         return
-    before = signal.getsignal(signal.SIGINT)
+    before = {number: signal.getsignal(number) for number in ENDING}
 
-    def end(_number: int, _frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, before)
+    def end(number: int, _frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, before[signal.SIGINT])
+        if number in {signal.SIGTERM, signal.SIGHUP}:
+            ended_by.append(signal.Signals(number))
+            ignore_further(number)
         source.interrupt()
 
-    if before is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, end)
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, end)
     alarm = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, source.time_left or 0)
     try:
@@ -45,7 +51,9 @@ def ended_by_ctrl_c(source: "Source") -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, alarm)
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            if signal.getsignal(number) is end:  # not ignored by now: the port is closed next
+                signal.signal(number, handler)
 
 
 class _Teller(logging.Handler):

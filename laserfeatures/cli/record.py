@@ -26,8 +26,9 @@ def record(
     PORT is an address as urg:///dev/ttyACM0. The recording is a source as any log, read through the
     same decoder as the port; replay:FILE plays it in its own time.
 
-    FILE grows line by line. What is written stays, also after Ctrl-C, which ends the recording, or
-    after a loss of power, which takes a second of it at most.
+    FILE grows line by line. What is written stays, also after Ctrl-C, SIGTERM or a terminal that
+    closes, which end the recording, or after a loss of power, which takes a second of it at most.
+    As it cannot be made again, an older one is replaced with --force only.
 
     \b
     Examples:

@@ -27,6 +27,7 @@ from laserfeatures.mapping.run import Recorder, Run
 from laserfeatures.mapping.summary import summary
 from laserfeatures.mapping.trajectory import Trajectory
 from laserfeatures.mapping.tum import write_tum
+from laserfeatures.optional import optional
 from laserfeatures.slam import EkfSlam
 from laserfeatures.testbench.output import to_json
 
@@ -79,6 +80,8 @@ def run(
         If something is wrong with the log, the reference, the extractor or the files to write.
     """
     _refuse_twice(folder, json_file, reference_file)
+    if reference_file:  # said now, before the log is read
+        optional("evo.core.metrics", "errors of trajectories need evo", "slam")
     with _saved(folder, json_file, source) as save:
         reference = read_reference(reference_file) if reference_file else None
         scans, format_, notices = _read(source, start, count, noise, **reading)

@@ -21,6 +21,7 @@ from laserfeatures.mapping.drive_score import NEES_BAND
 from laserfeatures.mapping.drive_summary import figures, summary
 from laserfeatures.mapping.landmark_score import SPURIOUS
 from laserfeatures.mapping.monte_carlo import PICTURES, Outcome, Trial
+from laserfeatures.optional import optional
 from laserfeatures.simulation import read_plan
 from laserfeatures.simulation.robot import Robot
 from laserfeatures.slam import Motion
@@ -52,6 +53,9 @@ def simulate_all(
 ) -> None:
     """Drive, print the table, and save what was asked for; parameters as the command's options."""
     numbers = _seeds(plan, seed, seeds)
+    # What is not installed is said now, before minutes of work.
+    optional("mujoco", "driving a robot needs mujoco", "sim")
+    optional("evo.core.metrics", "errors of trajectories need evo", "slam")
     about = f"{Path(plan).name}, landmarks: {landmarks}, association: {association}"
     trial = Trial(
         plan=plan,

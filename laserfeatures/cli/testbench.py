@@ -10,9 +10,10 @@ from typing import IO, Any, TypeVar
 import click
 
 from laserfeatures import figures as drawing
-from laserfeatures.cli.output import complete_file
+from laserfeatures.cli.output import complete_file, made_folder
 from laserfeatures.cli.scans import progress
 from laserfeatures.cli.testbench_tables import print_page
+from laserfeatures.optional import optional
 from laserfeatures.testbench import neighborhoods, noise, pages, table1
 from laserfeatures.testbench.output import to_json
 from laserfeatures.testbench.pages import Page
@@ -110,8 +111,8 @@ def table2_command(output: str, json_file: str | None, data: str, workers: int) 
     All six rows, then the defaults of every extractor and the oracle, on the scans of an arena with
     known corners and of logs with corrected poses; blind scans of all recordings.
     """
+    _check_extras(real=True)
     with _saved(output, json_file) as save:
-        drawing.new_figure()  # says now if there is no matplotlib
         save(*_table2(data, workers))
 
 
@@ -125,8 +126,8 @@ def noise_command(
     Standard deviations of a range from 0 to 50 mm, 91 to 1081 beams in 180 degrees, and 0 to 20 %
     of beams that show anything; --scans is the number for each setting, else 100.
     """
+    _check_extras()
     with _saved(output, json_file) as save:
-        drawing.new_figure()  # says now if there is no matplotlib
         save(*_noise(seed, scans, workers))
 
 
@@ -134,6 +135,7 @@ def noise_command(
 @_options("output", "json", "seed")
 def figures_command(output: str, json_file: str | None, seed: int | None) -> None:
     """Draw the figures 6 and 7 again: one scan each at three sizes of the neighbourhood."""
+    _check_extras()
     with _saved(output, json_file) as save:
         save(*_figures(seed))
 
@@ -152,8 +154,8 @@ def all_command(
 
     Where the folder of recordings is missing, Table II is left out.
     """
+    _check_extras(real=Path(data).is_dir())
     with _saved(output, json_file) as save:
-        drawing.new_figure()  # says now if there is no matplotlib
         parts = {
             "table1": _table1(seed, scans, workers),
             "figures": _figures(seed),
@@ -198,14 +200,17 @@ def _given(**options: int | None) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
+def _check_extras(*, real: bool = False) -> None:
+    """Say now, before long work, what is not installed; real scans need more."""
+    drawing.new_figure()
+    if real:
+        optional("scipy.optimize", "the truth of real scans needs SciPy", "evaluation")
+
+
 @contextmanager
 def _saved(folder: str, json_file: str | None) -> Iterator[Save]:
     """Yield what saves pages and figures; nothing has its name before all is written."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
-    with ExitStack() as files:
+    with made_folder(folder), ExitStack() as files:
         json_out = files.enter_context(complete_file(json_file)) if json_file else None
 
         def save(made: Sequence[Page], value: Any) -> None:
