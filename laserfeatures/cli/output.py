@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -59,6 +59,30 @@ def complete_file(
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
+
+
+@contextmanager
+def made_folder(folder: str) -> Iterator[None]:
+    """Make a folder, and those that it is in; whatever ends the block early takes empty ones away.
+
+    Raises
+    ------
+    click.UsageError
+        If it cannot be made.
+    """
+    path = Path(folder).absolute()
+    new = [each for each in (path, *path.parents) if not each.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
+    try:
+        yield
+    except BaseException:
+        for each in new:
+            with suppress(OSError):  # something is in it
+                each.rmdir()
+        raise
 
 
 def _files_of(source: str) -> set[Path]:

@@ -10,7 +10,7 @@ from typing import IO, Any, TypeVar
 import click
 
 from laserfeatures import figures as drawing
-from laserfeatures.cli.output import complete_file
+from laserfeatures.cli.output import complete_file, made_folder
 from laserfeatures.cli.scans import progress
 from laserfeatures.cli.testbench_tables import print_page
 from laserfeatures.testbench import neighborhoods, noise, pages, table1
@@ -201,11 +201,7 @@ def _given(**options: int | None) -> dict[str, Any]:
 @contextmanager
 def _saved(folder: str, json_file: str | None) -> Iterator[Save]:
     """Yield what saves pages and figures; nothing has its name before all is written."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
-    with ExitStack() as files:
+    with made_folder(folder), ExitStack() as files:
         json_out = files.enter_context(complete_file(json_file)) if json_file else None
 
         def save(made: Sequence[Page], value: Any) -> None:
