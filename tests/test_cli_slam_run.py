@@ -181,7 +181,7 @@ def test_a_reference_that_does_not_fit_is_refused_and_nothing_is_written(log, tr
             "slam", "run", log, "--reference", reference, "-o", tmp_path / "out", *rest,
             "--json", tmp_path / "s.json",
         )  # fmt: skip
-        assert not list((tmp_path / "out").iterdir())
+        assert not (tmp_path / "out").exists()
         assert not (tmp_path / "s.json").exists()
         return line
 
@@ -286,3 +286,15 @@ def test_a_real_log_with_a_reference_of_another_sensor(tmp_path):
     assert 40 < found["matched_poses"] <= 60
     assert found["rpe_rotation"] is None  # the marker's heading is not known
     assert found[ATE] < 0.1
+
+
+def test_a_run_that_fails_leaves_no_folder(truth, tmp_path):
+    poses = [*drifted(truth)]
+    poses[3] = Pose2D(1e308, 0.0, 0.0)
+    log = write_log(tmp_path / "far.log", truth, poses)
+    error = fails("slam", "run", log, "-o", tmp_path / "new" / "folder")
+    assert "scan 3: odometry must be finite and within 1e+07 m, got x = 1e+308 m" in error
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["far.log"]
+    (tmp_path / "old").mkdir()
+    fails("slam", "run", log, "-o", tmp_path / "old")
+    assert (tmp_path / "old").is_dir()

@@ -1,6 +1,7 @@
 """The whole filter in small simulated rooms: right, consistent, and honest when it is not."""
 
 import math
+import tracemalloc
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -250,3 +251,32 @@ def test_a_full_map_takes_nothing_new_and_says_so_once(rounds):
     assert {step.landmarks for step in steps} == {5}
     told = [step.notice for step in steps if step.notice and "full" in step.notice]
     assert told == ["the map is full: it has 5 landmarks, and nothing new is added"]
+
+
+@pytest.mark.parametrize("pose", [(math.nan, 0, 0), (1e308, 0, 0), (0, 0, math.inf), (0, 2e7, 0)])
+def test_odometry_that_cannot_be_is_refused_and_changes_nothing(pose):
+    slam = EkfSlam(motion=MOTION)
+    features = EXTRACTOR(SCANNER.scan(ROOM, Pose2D(4.0, 2.6, 0.0), np.random.default_rng(1)))
+    slam.step(Pose2D(0.0, 0.0, 0.0), features)
+    before = slam.map
+    with pytest.raises(ValueError, match="odometry must be finite and within 1e"):
+        slam.step(Pose2D(*map(float, pose)), features)
+    step = slam.step(Pose2D(0.01, 0.0, 0.0), features)
+    assert np.isfinite(step.covariance).all()
+    assert len(slam.map) == len(before)
+    with pytest.raises(ValueError, match="start must be finite"):
+        EkfSlam().step(Pose2D(0.0, 0.0, 0.0), features, Pose2D(*map(float, pose)))
+
+
+def test_odometry_that_jumps_is_told_and_needs_no_memory():
+    slam = EkfSlam(motion=MOTION)
+    features = EXTRACTOR(SCANNER.scan(ROOM, Pose2D(4.0, 2.6, 0.0), np.random.default_rng(1)))
+    slam.step(Pose2D(0.0, 0.0, 0.0), features)
+    tracemalloc.start()
+    step = slam.step(Pose2D(10_000.0, 0.0, 1.0), features)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 50e6
+    assert step.notice == "odometry jumps by 10000 m since the scan before"
+    assert math.hypot(step.pose.x, step.pose.y) == pytest.approx(10_000, rel=0.01)
+    assert np.isfinite(step.covariance).all()

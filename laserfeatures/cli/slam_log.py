@@ -13,7 +13,7 @@ import laserfeatures as lf
 from laserfeatures import figures
 from laserfeatures.cli import extractor as extractors
 from laserfeatures.cli.noises import Noises
-from laserfeatures.cli.output import complete_file
+from laserfeatures.cli.output import complete_file, made_folder
 from laserfeatures.cli.scans import opened, progress, select
 from laserfeatures.cli.slam_table import print_summary
 from laserfeatures.mapping.against import Against, against
@@ -28,7 +28,7 @@ from laserfeatures.mapping.summary import summary
 from laserfeatures.mapping.trajectory import Trajectory
 from laserfeatures.mapping.tum import write_tum
 from laserfeatures.optional import optional
-from laserfeatures.slam import EkfSlam
+from laserfeatures.slam import EkfSlam, Step
 from laserfeatures.testbench.output import to_json
 
 if TYPE_CHECKING:
@@ -171,11 +171,11 @@ def _run(pipeline: "Pipeline", slam: EkfSlam, scans: list[Posed]) -> tuple[Run, 
     start = scans[0].odometry
     warm, recorder = Recorder(extract, replace(slam)), Recorder(extract, slam)
     for each in scans[:WARM_UP]:  # what is compiled here is not in the times
-        warm.add(each.scan, each.odometry, start)
+        _stepped(warm, each, start)
     said = []
     with progress(scans, length=len(scans), to_stdout=False) as bar:
         for each in bar:
-            step = recorder.add(each.scan, each.odometry, start)
+            step = _stepped(recorder, each, start)
             if step.notice:
                 said.append((each.number, step.notice))
             if not np.isfinite(step.covariance).all():
@@ -184,6 +184,13 @@ def _run(pipeline: "Pipeline", slam: EkfSlam, scans: list[Posed]) -> tuple[Run, 
                     "deviations of the odometry (--motion)"
                 )
     return recorder.run(), together(said)
+
+
+def _stepped(recorder: Recorder, each: Posed, start: lf.Pose2D) -> Step:
+    try:
+        return recorder.add(each.scan, each.odometry, start)
+    except ValueError as error:
+        raise lf.SourceError(f"scan {each.number}: {error}") from error
 
 
 def _tell(notices: list[str]) -> None:
@@ -209,9 +216,13 @@ def _refuse_twice(folder: str | None, json_file: str | None, reference_file: str
 def _saved(folder: str | None, json_file: str | None, source: str) -> Iterator[Save]:
     """Yield what writes all files; none has its name before the block ends, and all went well."""
     with ExitStack() as stack:
+        paths = [str(Path(folder, name)) for name in FILES] if folder else []
+        if folder:
+            figures.new_figure()  # says now if there is no matplotlib
+            stack.enter_context(made_folder(folder))
         files = [
             stack.enter_context(complete_file(path, source, binary=path.endswith(".png")))
-            for path in (_made(folder) if folder else [])
+            for path in paths
         ]
         json_out = stack.enter_context(complete_file(json_file, source)) if json_file else None
 
@@ -225,16 +236,6 @@ def _saved(folder: str | None, json_file: str | None, source: str) -> Iterator[S
                 file.flush()  # a full disk shows while nothing has its name yet
 
         yield save
-
-
-def _made(folder: str) -> list[str]:
-    """Make a folder and return the paths of the files to be in it."""
-    figures.new_figure()  # says now if there is no matplotlib
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
-    return [str(Path(folder, name)) for name in FILES]
 
 
 def _write(files: list[IO[Any]], run: Run, held: Against | None, title: str) -> None:

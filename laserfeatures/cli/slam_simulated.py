@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laserfeatures import figures as drawing
-from laserfeatures.cli.output import complete_file
+from laserfeatures.cli.output import complete_file, made_folder
 from laserfeatures.cli.scans import progress
 from laserfeatures.cli.slam_options import make_slam
 from laserfeatures.cli.slam_simulate_table import LEGEND, table_of
@@ -65,9 +65,8 @@ def simulate_all(
         title=f"landmarks: {landmarks}, seed {numbers[0]}",
     )
     pictures = _picture_paths(folder, list(extractors)) if folder else {}
-    if folder:
-        _make_folder(folder)
-    with _saved([*pictures.values(), *([json_file] if json_file else [])], plan) as save:
+    paths = [*pictures.values(), *([json_file] if json_file else [])]
+    with _saved(folder, paths, plan) as save:
         bar = partial(progress, to_stdout=False)
         outcomes = in_parallel(trial, numbers, workers=workers, progress=bar, label="drives")
         for (name, figure), path in pictures.items():
@@ -128,9 +127,12 @@ def _picture_paths(folder: str, extractors: Sequence[str]) -> dict[tuple[str, st
 
 
 @contextmanager
-def _saved(paths: Sequence[str], plan: str) -> Iterator[Save]:
+def _saved(folder: str | None, paths: Sequence[str], plan: str) -> Iterator[Save]:
     """Yield what writes to files; none of them has its name before all are written."""
     with ExitStack() as stack:
+        if folder:
+            drawing.new_figure()  # says now if there is no matplotlib
+            stack.enter_context(made_folder(folder))
         files = {
             path: stack.enter_context(complete_file(path, plan, binary=True)) for path in paths
         }
@@ -140,14 +142,6 @@ def _saved(paths: Sequence[str], plan: str) -> Iterator[Save]:
             files[path].flush()  # a full disk shows while nothing has its name yet
 
         yield save
-
-
-def _make_folder(folder: str) -> None:
-    drawing.new_figure()  # says now if there is no matplotlib
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise click.UsageError(f"-o {folder} cannot be made: {error.strerror}") from error
 
 
 def _print(outcomes: Sequence[Outcome], title: str) -> None:

@@ -28,6 +28,8 @@ from laserfeatures.slam.state import POSE, State
 
 # A step by odometry that is less certain than this is registered first.
 SURE_TURN, SURE_WAY = 0.01, 0.05  # [rad], [m]
+FARTHEST = 1e7  # [m]; no robot on Earth has gone farther
+JUMP = 100.0  # [m]; no robot goes so far from one scan to the next
 
 
 @dataclass(frozen=True)
@@ -142,11 +144,22 @@ class EkfSlam:
         start : Pose2D, optional
             With the first scan: where the sensor is in the frame of the map, its origin if left
             out.
+
+        Raises
+        ------
+        ValueError
+            If a pose is not finite or farther than any robot goes; nothing is taken in then.
         """
+        for name, pose in (("odometry", odometry), ("start", start)):
+            if pose and not max(abs(pose.x), abs(pose.y), abs(pose.theta)) <= FARTHEST:
+                raise ValueError(
+                    f"{name} must be finite and within {FARTHEST:g} m, got x = {pose.x:g} m, "
+                    f"y = {pose.y:g} m, theta = {pose.theta:g} rad"
+                )
         first = self.state is None
         state = State(start or Pose2D(0.0, 0.0, 0.0)) if self.state is None else self.state
         self.state = state
-        self._move(state, odometry, features.scan.points)
+        jumped = self._move(state, odometry, features.scan.points)
         seen = observations_of(
             features, corners=self.corners, walls=self.walls, roughness=self.roughness
         )
@@ -169,21 +182,23 @@ class EkfSlam:
             matched,
             nis,
             state.landmarks,
-            self._watch.notice(matched, nis, oddity) or self._full(state),
+            jumped or self._watch.notice(matched, nis, oddity) or self._full(state),
         )
 
-    def _move(self, state: State, odometry: Pose2D, points: FloatArray) -> None:
-        """Predict the pose at a scan of those points (P, 2)."""
+    def _move(self, state: State, odometry: Pose2D, points: FloatArray) -> str | None:
+        """Predict the pose at a scan of those points (P, 2); return that the odometry jumps."""
         before, self._odometry = self._odometry, odometry
         points_before, self._points = self._points, points
         if before is None:
-            return
+            return None
         moved = relative(before, odometry)
         covariance = self.motion.covariance(moved)
         x, y, turn = np.diag(covariance)
         if self.registered and (turn > SURE_TURN**2 or x + y > SURE_WAY**2):
             moved, covariance = register(points_before, points, moved, covariance)
         state.move(moved, covariance)
+        way = math.hypot(moved.x, moved.y)
+        return f"odometry jumps by {way:.5g} m since the scan before" if way > JUMP else None
 
     def _take_in(self, state: State, seen: Observations) -> tuple[Matches, float]:
         """Correct the state by all that is recognised; return that, and its squared innovation."""

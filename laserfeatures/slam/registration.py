@@ -19,6 +19,7 @@ SEARCHED = 120  # points of the new scan that the search takes
 ALIGNED = 400  # points that the alignment takes
 TURN_STEP = math.radians(1.5)
 SHIFT_STEP = 0.1  # [m]
+MOST = 1_000_000  # places that are searched; odometry that needs more is as good alone
 LEAST_TURN, LEAST_SHIFT = math.radians(20), 0.3  # that are searched at least
 ROUNDS = 20
 FIRST_REACH, LAST_REACH = 0.5, 0.1  # [m] from a point to its match, at first and in the end
@@ -43,7 +44,8 @@ def register(
     step : Pose2D
         The step by odometry.
     covariance : (3, 3) array
-        Its covariance.
+        Its covariance. Where it is so large that a search would take too long, both are returned
+        as they are.
 
     References
     ----------
@@ -51,13 +53,13 @@ def register(
     Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008.
     """
     normals, flat = _normals(np.ascontiguousarray(before))
-    if flat.sum() < 10 or len(after) < 10:
-        return step, covariance
     deviations = np.sqrt(np.diag(covariance))
     start = np.array([step.x, step.y, step.theta])
     reach = np.array([LEAST_SHIFT, LEAST_SHIFT, LEAST_TURN])
-    reach = np.maximum(2.5 * deviations, reach)
+    reach = np.minimum(np.maximum(2.5 * deviations, reach), (math.inf, math.inf, math.pi))
     each = np.array([SHIFT_STEP, SHIFT_STEP, TURN_STEP])
+    if flat.sum() < 10 or len(after) < 10 or (2 * reach / each).prod() > MOST:
+        return step, covariance
     few = after[:: max(1, len(after) // SEARCHED)]
     low = before.min(axis=0) - 3 * BLUR
     size = np.ceil((before.max(axis=0) + 3 * BLUR - low) / CELL).astype(np.int64)
