@@ -178,7 +178,7 @@ def _distribution(entry: "EntryPoint") -> str:
 def _load(entry: "EntryPoint") -> Factory:
     try:
         factory = entry.load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a plugin may call sys.exit() where it is not run
         raise PluginError(
             f"extractor {entry.name!r} of {_distribution(entry)} cannot be loaded from "
             f"{entry.value!r}: {system_library(error) or f'{type(error).__name__}: {error}'}"

@@ -34,7 +34,7 @@ def grow_region(points, first, max_missed, seed, flat):
     return line, first, members[-1] + 1, len(members) * STRAY_PRICE - chi2 - PRICE
 
 
-def propose(points, max_missed, seed, flat):
+def propose(points, max_missed, seed, flat, pace):
     """Twin of `propose`: rows (c, s, d, first, last)."""
     rows, i = [], 0
     while i + seed <= len(points.x):
@@ -43,5 +43,5 @@ def propose(points, max_missed, seed, flat):
             rows.append(reference_candidates.row(found))
             i = found[2] - 1
         else:
-            i += 1
+            i += 1 + (found[2] - i) // pace
     return rows

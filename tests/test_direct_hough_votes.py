@@ -1,4 +1,5 @@
 import math
+import re
 
 import kernels
 import kernels_proposals
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from laserfeatures_plugins.direct_hough import DirectHough, accumulator, search, voting
 from scenes import chain, niche_scan, scan_of, wall
 
-from laserfeatures import LaserScan
+from laserfeatures import LaserScan, get_extractor
 
 ROWS = 90
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
@@ -179,6 +180,13 @@ def test_an_accumulator_too_large_for_memory_is_refused_with_a_hint():
     scan = LaserScan(angles=[0.0], ranges=[2e6])
     with pytest.raises(ValueError, match=r"too large for returns at 2e\+06 m: are the ranges metr"):
         DirectHough().accumulator(scan)
+
+
+@pytest.mark.parametrize("far", [1e155, 1e200, 1e308])
+def test_ranges_that_overflow_are_refused_by_their_number(far):
+    scan = LaserScan(angles=[0.0, 0.1], ranges=[far, 2.0])
+    with pytest.raises(ValueError, match=re.escape(f"too large for returns at {far:.6g} m")):
+        get_extractor("direct_hough", preset="paper")(scan)
 
 
 def test_the_accumulator_of_no_points_is_empty():

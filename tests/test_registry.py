@@ -97,6 +97,7 @@ def test_a_plugin_of_another_distribution_is_found_and_runs(install, run):
         (PLUGIN, "broken:Missing", "AttributeError: "),
         ("raise RuntimeError('out of order')", "broken:Nothing", "RuntimeError: out of order"),
         ("def", "broken:Nothing", "SyntaxError: "),
+        ("raise SystemExit(3)", "broken:Nothing", "SystemExit: 3"),
     ],
 )
 def test_a_broken_plugin_hurts_neither_listing_nor_its_neighbours(

@@ -69,12 +69,13 @@ def accumulate(scan: LaserScan, theta_step: float, distance_step: float) -> Accu
     theta = theta_rows(theta_step)
     x, y = scan.points.T
     farthest = float(np.hypot(x, y).max(initial=0.0))
-    half = math.ceil(farthest / distance_step) + 1
-    if theta.size * (2 * half + 1) > MAX_CELLS:
+    columns = 2.0 * farthest / distance_step + 3.0  # as a float: it may be infinite
+    if theta.size * columns > MAX_CELLS:
         raise ValueError(
-            f"an accumulator of {theta.size} x {2 * half + 1} cells is too large for returns at "
+            f"an accumulator of {theta.size} x {columns:.8g} cells is too large for returns at "
             f"{farthest:.6g} m: are the ranges metres? If so, take larger steps or limit range_max"
         )
+    half = math.ceil(farthest / distance_step) + 1
     votes = np.zeros((theta.size, 2 * half + 1), np.int32)
     _cast_votes(x, y, np.cos(theta) / distance_step, np.sin(theta) / distance_step, votes)
     return Accumulator(votes, theta, distance_step * np.arange(-half, half + 1, dtype=np.float64))
