@@ -234,3 +234,14 @@ def test_time_can_run_faster():
         time.sleep(0.2)
     assert device.ticks == pytest.approx(10, rel=0.5)
     assert list(itertools.islice(device.frames, 1)) == []
+
+
+def test_a_log_all_round_has_a_return_at_its_seam():
+    beams = np.linspace(-math.pi, math.pi, 360, endpoint=False) + 0.3
+    scan = LaserScan(angles=beams, ranges=np.arange(1.0, 361.0), range_max=400.0)
+    step = math.tau / 360
+    for around in (-math.tau, 0.0, math.tau):
+        asked = np.array([beams[0] - 0.3 * step, beams[-1] + 0.3 * step, beams[0] - 0.6 * step])
+        assert sampled(scan, asked + around).tolist() == [1.0, 360.0, 360.0]
+    half = LaserScan(angles=beams[:180], ranges=np.ones(180))
+    assert np.isnan(sampled(half, np.array([beams[0] - 2 * step, beams[179] + 2 * step]))).all()

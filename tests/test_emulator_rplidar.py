@@ -38,11 +38,14 @@ def test_answers(asked, expected):
     assert ask(device_of(), request(asked)).startswith(bytes.fromhex(expected))
 
 
-@pytest.mark.parametrize("payload", ["70", "7C", "71 02", "74 00", "75 01", "7F 02", "01", "99"])
+@pytest.mark.parametrize(
+    "payload", ["70", "7C", "71 02", "74 00", "75 01", "7F 02", "01", "04", "05", "99"]
+)
 def test_configuration(payload):
     expected = {
         "70": "03 00", "7C": "02 00", "71 02": "00 7F 00 00", "74 00": "00 0C 00 00",
         "75 01": "82", "7F 02": "42 6F 6F 73 74 00", "01": "58 02 94 02", "99": "",
+        "04": "C8 00", "05": "B0 04",
     }[payload]  # fmt: skip
     key, *mode = bytes.fromhex(payload)
     sent = packets.U32.pack(key) + b"".join(map(U16.pack, mode))

@@ -118,6 +118,17 @@ def test_a_wrong_baud_is_said():
         make_driver(f"ld19://{emulator.port}?baud=115200").open()
 
 
+def test_slow_frames_may_be_those_of_another_model(caplog):
+    device = Ld19Device(WorldFeed(ROOM, Pose2D(0, 0, 0)))
+    device.baud = 115_200
+    with (
+        Emulator(device) as emulator,
+        make_driver(f"ld19://{emulator.port}?baud=115200") as driver,
+    ):
+        next(iter(driver))
+    assert "an LD14 and an LDS-02 send the same frames at 115200 Bd" in caplog.text
+
+
 def test_silence_is_said():
     device = Ld19Device(NumberedFeed(), Faults({"stuck": 1.0}, stuck_time=60.0))
     with (

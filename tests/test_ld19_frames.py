@@ -1,6 +1,7 @@
 """The frames of the LD19, against the worked example of its manual."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -146,3 +147,18 @@ def test_memory_stays_bounded():
     for _ in range(1000):
         taken.received(b"\x54" * 1000, 0.0)
     assert len(taken._buffer) < SIZE
+
+
+def test_a_clock_that_stands_still_costs_no_frame():
+    row = [decode(MANUAL)]
+    while len(row) < 200:
+        row.append(following(row[-1]))
+    losses = Losses()
+    decoder = Ld19Decoder(losses, Turns(losses, 12.0, 0), 230_400)
+    sweeps = []
+    for i, each in enumerate(row):
+        data = encode(replace(each, time=7))
+        sweeps += decoder.received(data, i * 0.003)
+    assert len(sweeps) >= 4
+    assert losses.frames >= 195
+    assert losses.damaged == losses.garbage == 0

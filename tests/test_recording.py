@@ -269,3 +269,14 @@ def test_it_is_on_the_disk_each_second(tmp_path, monkeypatch):
         record(tmp_path / "run.rec", address(emulator), 9)
     assert len(synced) >= 3
     assert max(b - a for a, b in itertools.pairwise(synced)) < 0.4
+
+
+@pytest.mark.parametrize("empty", ["true", '""'])
+def test_a_recording_of_an_opening_that_was_refused_is_read(tmp_path, empty):
+    path = tmp_path / "refused.rec"
+    head = '{"laserfeatures": "recording", "version": 1, "protocol": "ld19", "settings": {}}'
+    lines = [head, '{"t": 1.0, "open": true}', '{"t": 1.1, "rx": "+tEA"}']
+    end = '{"t": 2, "end": true, "error": "p: expected the frames of an LD06, got silence"}'
+    path.write_text("\n".join([*lines, f'{{"t": 1.2, "tx": {empty}}}', end]))
+    with pytest.raises(lf.SourceError, match="no scan is in it, for it ended with: p: exp"):
+        played(path)

@@ -136,6 +136,7 @@ def test_the_real_version_and_every_sum():
     assert sensor.decode_fields(reply.lines)["SERI"] == "H1510998"
     body = b"".join(scip.with_key_sum(line) for line in reply.lines)
     assert scip.encode_reply(b"VV", b"00", body) == frame
+    frame = frame.replace(b"VV", b"PP", 1)  # of VV, wrong sums are let pass
     for i in range(len(frame) - 1):  # a bit that breaks no sum breaks no digit
         flipped = frame[:i] + bytes([frame[i] ^ 1]) + frame[i + 1 :]
         if frame[i] != ord("\n") and i > 2:
@@ -230,3 +231,23 @@ def test_only_protocol_errors_come_of_any_fields(lines):
             decode(lines)
         except ProtocolError:
             continue
+
+
+@pytest.mark.parametrize("echo", [b"VV", b"II"])
+@pytest.mark.parametrize("line", [b"FIRM:3.0.00(06/Oct./2004);X", b"SCSP:2400[rpm]<-Default;!"])
+def test_a_wrong_sum_in_what_is_only_told_costs_nothing(echo, line, caplog):
+    frame = scip.encode_reply(echo, b"00", scip.with_key_sum(b"VEND:Hokuyo") + line + b"\n")
+    reply = scip.decode_reply(frame)
+    assert reply.lines == (b"VEND:Hokuyo", line[:-2])
+    assert "a line of the sensor's has a wrong sum" in caplog.text
+    with pytest.raises(ProtocolError, match="expected the sum"):  # is needed to measure
+        scip.decode_reply(frame.replace(echo, b"PP", 1))
+
+
+def test_a_remark_need_not_be_summed():
+    summed = b"SCSP:2400[rpm]<-"
+    line = summed + b"Default;" + scip.sum_of(summed)
+    assert scip.decode_key_line(line) == b"SCSP:2400[rpm]<-Default"
+    geometry = sensor.Geometry("", 20, 4000, 1024, 0, 768, 384, 600)
+    told = sensor.decode_fields([scip.decode_key_line(line)])
+    assert sensor.with_speed(geometry, told).speed == 2400

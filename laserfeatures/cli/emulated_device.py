@@ -112,7 +112,8 @@ def _own_faults(
             if rate is not None and "trouble_rate" in known:
                 options["trouble_rate"] = rate
         else:
-            offers = near_names(name, [*FAULTS, *MET])
+            own = [each for each, devices in MET.items() if device in devices]
+            offers = near_names(name, [*FAULTS, *own])
             raise click.UsageError(f"--fault: {device} has no fault {name!r}; {offers}")
     return options | ({"troubles": troubles} if troubles else {})
 

@@ -239,11 +239,15 @@ class Driver(ABC):
 
     def _other_device(self) -> str | None:
         """Name the device of another protocol that is at the port; None: not there, or named."""
-        if is_known(bytes(self.reader.heard)):
+        before = bytes(self.reader.heard)
+        if is_known(before):
             return None
         try:
             name = ask_around(self.reader)
         except DriverError:
+            return None
+        known = name is not None and is_known(bytes(self.reader.heard))
+        if before and not known:  # what it said unasked tells more
             return None
         return None if name is None or f"({self.protocol}:)" in name else name
 

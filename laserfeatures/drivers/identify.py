@@ -14,6 +14,7 @@ SIGNATURES = (  # the most telling first
     (re.compile(rb"\x02[\x80\x81].[\x00-\x03][\x90-\xff]", re.DOTALL), "a SICK LMS2xx (lms:)"),
     (re.compile(rb"(?m)^(VEND|PROD|MODL|DMIN):|^[MG][DS]\d{10,13}\n|^99b$|^0[0E][Pe]$"),
      "a Hokuyo that speaks SCIP (urg:)"),
+    (re.compile(rb"\x02s(RA|AN|EA|SN|FA|RI|WA|MA)\b"), "a SICK that speaks SOPAS (TiM, LMS1xx)"),
     (re.compile(rb"\$G[PNL][A-Z]{3},"), "a GPS receiver (NMEA sentences)"),
 )  # fmt: skip
 QUESTIONS = (  # that change nothing: rate of the line [Bd] and request
@@ -21,6 +22,7 @@ QUESTIONS = (  # that change nothing: rate of the line [Bd] and request
     (115_200, b"\xa5\x50"),
     (9_600, b"\x02\x00\x01\x00\x31\x15\x12"),
     (38_400, b"\x02\x00\x01\x00\x31\x15\x12"),
+    (115_200, b"\x02sRN DeviceIdent\x03"),
     (230_400, b""),  # an LD19 talks unasked
 )
 ANSWER_TIME = 0.3  # [s]
@@ -58,11 +60,14 @@ def is_known(heard: bytes) -> bool:
 def ask_around(reader: "Reader") -> str | None:
     """Ask a device that does not answer in one protocol who it is in the others.
 
+    What answers, but in none that is known here, is told as far as its bytes tell; None: silence.
+
     Raises
     ------
     DriverError
         If the port is gone, or cannot have a usual rate.
     """
+    strange = b""
     for baud, question in QUESTIONS:
         reader.port.baud = baud
         reader.heard.clear()
@@ -71,4 +76,5 @@ def ask_around(reader: "Reader") -> str | None:
         heard = bytes(reader.heard)
         if is_known(heard):
             return identify(heard)
-    return None
+        strange = strange or heard
+    return identify(strange) if strange else None

@@ -124,7 +124,8 @@ class Recorder:
             raise self._error
 
     def _tap(self, kind: str, data: bytes, time: float) -> None:
-        record = {"t": time, kind: base64.b64encode(data).decode() if data else True}
+        plain = not data and kind not in {"rx", "tx"}  # "open"
+        record = {"t": time, kind: True if plain else base64.b64encode(data).decode()}
         if self._header is None:
             self._put(record)
             return

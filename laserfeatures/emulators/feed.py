@@ -106,7 +106,10 @@ def sampled(scan: LaserScan, angles: FloatArray) -> FloatArray:
     ranges = np.where(scan.valid, scan.ranges, math.nan)
     step = float(np.median(np.diff(scan.angles))) if len(scan) > 1 else math.tau
     turned = (angles - scan.angles[0] + step) % math.tau + scan.angles[0] - step
-    right = np.searchsorted(scan.angles, turned).clip(0, len(scan) - 1)
-    left = np.maximum(right - 1, 0)
-    nearer = np.where(turned - scan.angles[left] <= scan.angles[right] - turned, left, right)
-    return np.where(abs(turned - scan.angles[nearer]) <= NEAR * step, ranges[nearer], math.nan)
+    # Once more a turn earlier and later: the nearest beam of a scan all round may be there.
+    around = np.concatenate([scan.angles + turns * math.tau for turns in (-1, 0, 1)])
+    right = np.searchsorted(around, turned).clip(1, around.size - 1)
+    left = right - 1
+    nearer = np.where(turned - around[left] <= around[right] - turned, left, right)
+    near = abs(turned - around[nearer]) <= NEAR * step
+    return np.where(near, ranges[nearer % len(scan)], math.nan)

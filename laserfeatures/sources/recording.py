@@ -25,7 +25,7 @@ class Entry(NamedTuple):
     number: int
     time: float  # [s since the epoch]
     kind: str
-    content: Any  # bytes of "rx" and "tx"
+    content: Any  # bytes of "rx" and "tx", of "end" the error if there was one
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,16 @@ def read_recording(log: Log) -> Scans:
     ------
     SourceError
         If the header is broken; and if another line is, unless broken ones are to be skipped. A
-        last line that is cut, as by a loss of power, is counted only.
+        last line that is cut, as by a loss of power, is counted only. If there is no scan since
+        the recording ended with an error, which is told.
     """
     player = Player(log)
+    seen = False
     for entry in player.entries:
+        if entry.kind == "end" and entry.content and not seen:
+            raise SourceError(f"{log.path}: no scan is in it, for it ended with: {entry.content}")
         for sweep in player.play(entry):
+            seen = True
             scan = sweep.scan
             yield scan if log.range_max is None else replace(scan, range_max=log.range_max)
 
@@ -154,9 +159,14 @@ def _entry(number: int, content: Any) -> Entry | None:
         raise ValueError("t is not finite")
     for kind in KINDS:
         if kind in content:
-            return Entry(number, time, kind, _content(kind, content[kind]))
+            value = content.get("error") if kind == "end" else content[kind]
+            return Entry(number, time, kind, _content(kind, value))
     return None
 
 
 def _content(kind: str, value: Any) -> Any:
-    return base64.b64decode(value, validate=True) if kind in {"rx", "tx"} else value
+    if kind not in {"rx", "tx"}:
+        return value
+    if value is True:  # no bytes, as recorders wrote it at first
+        return b""
+    return base64.b64decode(value, validate=True)

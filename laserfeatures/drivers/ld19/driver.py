@@ -1,5 +1,6 @@
 """The driver of the LD06 and LD19."""
 
+import logging
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,6 +9,9 @@ from laserfeatures.drivers.ld19.decoder import Ld19Decoder
 from laserfeatures.drivers.ld19.frames import Frame
 from laserfeatures.drivers.ld19.turns import RANGE_MIN, Turns
 
+log = logging.getLogger("laserfeatures.drivers")
+
+SLOW = 115_200  # [Bd]; at which an LD14 and an LDS-02 send the frames of an LD19
 SPIN_UP = 3.0  # [s] until the motor turns and frames come
 
 
@@ -55,6 +59,12 @@ class Ld19(Driver):
         )
         if frame is None:
             raise self._no_answer("the frames of an LD06 or LD19 (54 2c ..)")
+        if self.reader.port.baud == SLOW:
+            log.warning(
+                "%s: an LD14 and an LDS-02 send the same frames at %d Bd, but their angles are not "
+                "right here: they want a correction by the range that this driver does not make",
+                self.port, SLOW,
+            )  # fmt: skip
 
     def _stop(self) -> None:
         pass  # there is no command for it

@@ -82,6 +82,8 @@ class Key(IntEnum):
     """What a configuration request may ask for."""
 
     DESIRED_SPEED = 0x01
+    LEAST_SPEED = 0x04
+    LARGEST_SPEED = 0x05
     MODES = 0x70
     SAMPLE_TIME = 0x71
     MAX_DISTANCE = 0x74

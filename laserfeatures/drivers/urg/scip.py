@@ -5,13 +5,18 @@ References
 Hokuyo, Communication Protocol Specification for SCIP2.0 Standard, C-42-03320B, pages 9 and 23.
 """
 
+import logging
 from dataclasses import dataclass
 
 from laserfeatures.errors import ProtocolError
 
+log = logging.getLogger("laserfeatures.drivers")
+
 LF = b"\n"
 OLD_REFUSAL = b"E"  # status of SCIP 1.1 for a command that it does not know
 KEYED = frozenset({b"VV", b"PP", b"II"})  # whose lines are ``KEY:VALUE``
+TOLD = frozenset({b"VV", b"II"})  # of which nothing is needed to measure
+MARK = b"<-"  # begins a remark such as "<-Default", which some sensors do not sum
 LONGEST_STRING = 16
 SHOWN = 40  # bytes of a bad line in a message
 
@@ -85,6 +90,8 @@ def decode_reply(frame: bytes) -> Reply:
     if len(status) == 1:
         return Reply(echo, status, tuple(lines))
     decode = decode_key_line if echo[:2] in KEYED else decode_line
+    if echo[:2] in TOLD:
+        decode = _as_told
     return Reply(echo, decode_line(status, 2), tuple(decode(line) for line in lines))
 
 
@@ -121,9 +128,21 @@ def decode_key_line(line: bytes) -> bytes:
     """
     text = _text(line)
     bare = text.removesuffix(b";")
-    if line[-1:] not in {sum_of(text), sum_of(bare)}:
+    if line[-1:] not in {sum_of(text), sum_of(bare), sum_of(bare.partition(MARK)[0] + MARK)}:
         raise _wrong_sum(line, bare)
     return bare
+
+
+def _as_told(line: bytes) -> bytes:
+    """Return a line ``KEY:VALUE;S``, be its sum wrong: some sensors sum single ones wrongly."""
+    try:
+        return decode_key_line(line)
+    except ProtocolError:
+        bare = _text(line).removesuffix(b";")
+        if b":" not in bare:
+            raise
+        log.warning("a line of the sensor's has a wrong sum: %r", line[:SHOWN])
+        return bare
 
 
 def _text(line: bytes) -> bytes:

@@ -48,6 +48,7 @@ FIRST_SAMPLE = 0.004  # [s] after the request
 LATE = 0.3  # [s]; later than that a frame is left out
 ERROR_CODE, WARNING_CODE = 0x8002, 0x0011
 USUAL_RPM, USUAL_DUTY = 600, 660
+LEAST_RPM, LARGEST_RPM = 200, 1200
 
 
 class RPLidarDevice(Device):
@@ -207,6 +208,8 @@ class RPLidarDevice(Device):
         modes = self.model.modes
         plain: dict[int, bytes] = {
             Key.DESIRED_SPEED: U16.pack(USUAL_RPM) + U16.pack(USUAL_DUTY),
+            Key.LEAST_SPEED: U16.pack(LEAST_RPM),
+            Key.LARGEST_SPEED: U16.pack(LARGEST_RPM),
             Key.MODES: U16.pack(len(modes)),
             Key.TYPICAL_MODE: U16.pack(self.model.typical),
         }
