@@ -198,7 +198,7 @@ def tell_noise(story, left, right):
     left.plot(points.x, points.y, "k", **DOT, label="return")
     left.plot(points.x[lone], points.y[lone], **CROSS, label="alone, set aside")
     frame(left, *whole(points))
-    variance, square, least, _ = compiled(noise.stretches)(points)
+    variance, square, _, least, _ = compiled(noise.stretches)(points)
     right.semilogy(square, variance, "ko", markersize=4, fillstyle="none", label="8 returns")
     at = np.linspace(0, square.max() * 1.05, 50)
     sigma, relative = story.noise[:2]
