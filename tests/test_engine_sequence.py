@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scenes import TURN, look, random_room
 
 from laserfeatures import LaserScan
+from laserfeatures.engine import sequence
 from laserfeatures.engine.sequence import DOUBLED, OPEN, RING
 
 seeds = st.integers(0, 2**32 - 1)
@@ -136,3 +137,22 @@ def test_the_edge_of_an_object_is_no_lone_return():
 def test_few_returns_are_left_as_they_are(ranges):
     points = kernels.weighed(LaserScan.uniform(ranges, -0.2, 0.02))
     assert kernels.without_lone(points).x.size == len(ranges)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.1, 0.25, 1.0])
+def test_errors_that_last_widen_long_surfaces_most(correlation):
+    floors = []
+    for beams in (90, 361, 2000):
+        world, pose = random_room(np.random.default_rng(7))
+        scan, _ = look(world, sigma=0.005, beams=beams, view=1.5 * math.pi, pose=pose)
+        plain, points = (sequence.Sequence(*kernels.in_order(scan)) for _ in range(2))
+        kernels.weigh(plain, 0.005, 0.0, 0.002)
+        kernels.weigh(points, 0.005, 0.0, 0.002, correlation)
+        starts = np.flatnonzero(points.jump)
+        runs = np.diff([*starts, len(points.x)])
+        share = min((runs**2).sum() / runs.sum() / sequence.LONG, 1.0) ** sequence.STRAYING
+        expected = sequence.LASTING * max(correlation - sequence.LIKENESS, 0.0) * share
+        np.testing.assert_allclose(points.lasting, expected)
+        np.testing.assert_allclose(points.floor - plain.floor, expected, atol=1e-12)
+        floors.append(expected)
+    assert floors == sorted(floors)

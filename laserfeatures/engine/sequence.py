@@ -22,6 +22,8 @@ LONE = 2.0  # a stray return is this many times as far from its neighbours as th
 INCIDENCE_FLOOR = 0.02
 LIKENESS = 0.1  # of neighbours' errors that quantised ranges and uneven walls show, too
 LASTING = 400.0  # variance of errors that last, in those of a range, for a correlation of 1
+LONG = 100.0  # returns of a surface over which they do so; over fewer they stray less
+STRAYING = 1.7  # to this power of how many
 
 
 class Noise(NamedTuple):
@@ -176,15 +178,14 @@ def seam(directions: FloatArray, ranges: FloatArray, valid: IntArray) -> int:
 def weigh(points: Sequence, noise: Noise) -> None:
     """Fill in what follows from the noise: variance, weight, floor and jump."""
     rough = noise.roughness * noise.roughness
-    lasting = LASTING * max(noise.correlation - LIKENESS, 0.0)
     before = math.inf
     for i in range(points.x.size):
         r = points.x[i] * points.ux[i] + points.y[i] * points.uy[i]
         variance = noise.sigma * noise.sigma + noise.relative * noise.relative * r * r
         points.variance[i] = variance
         points.weight[i] = r * r / variance
-        points.lasting[i] = lasting
-        points.floor[i] = INCIDENCE_FLOOR + rough / variance + lasting
+        points.lasting[i] = 0.0
+        points.floor[i] = INCIDENCE_FLOOR + rough / variance
         points.jump[i] = 1.0
         if i > 0:
             cross = points.ux[i - 1] * points.uy[i] - points.uy[i - 1] * points.ux[i]
@@ -193,6 +194,24 @@ def weigh(points: Sequence, noise: Noise) -> None:
             if near and points.beam[i] - points.beam[i - 1] <= MISSED:
                 points.jump[i] = 0.0
         before = r
+    if noise.correlation > LIKENESS:
+        strayed = min(run_length(points) / LONG, 1.0) ** STRAYING
+        lasting = LASTING * (noise.correlation - LIKENESS) * strayed
+        for i in range(points.x.size):
+            points.lasting[i] = lasting
+            points.floor[i] += lasting
+
+
+@leaf
+def run_length(points: Sequence) -> float:
+    """Return how many returns a surface has from jump to jump, in the mean over the returns."""
+    total = run = 0.0
+    for i in range(points.x.size):
+        if points.jump[i] > 0.0:
+            total += run * run
+            run = 0.0
+        run += 1.0
+    return (total + run * run) / max(points.x.size, 1)
 
 
 @helper
