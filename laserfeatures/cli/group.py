@@ -174,6 +174,15 @@ def _ended_by_signals() -> Iterator[None]:
         if came:  # whatever has become of it on its way
             raise _ended(came[0]) from error
         raise
+    except SystemExit as error:
+        if came:
+            raise
+        raise click.ClickException(
+            f"an extractor ended the program: SystemExit: {error}"
+        ) from error
+    else:
+        if came:  # it was taken for a plugin's own
+            raise _ended(came[0])
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
