@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
-from laserfeatures.compiled import kernel, leaf
+from laserfeatures.compiled import helper, kernel, leaf
 from laserfeatures.data import LineSegments, PointFeatures
 from laserfeatures.parameters import settle
 
 SIGMAS = 2.0  # of the corner along the wall: nearly all of its errors
 PROLONGED = 2.0  # times the range limit: walls go on beyond what is seen of them, but not for ever
+MOST_LINES = 6000  # corners of their pairs would take 1.5 GB
 SHARE = 0.5  # of a segment's length: beside a grazing wall, the next beam meets it anywhere
 
 
@@ -75,10 +76,16 @@ class Intersections:
         Raises
         ------
         ValueError
-            If the limit is not positive.
+            If the limit is not positive, or there are more lines than can be crossed in pairs.
         """
         if not limit > 0:
             raise ValueError(f"limit must be > 0 m, got {limit!r}")
+        count = len(segments.lines)
+        if count > MOST_LINES:
+            raise ValueError(
+                f"expected at most {MOST_LINES} lines to cross in pairs, got {count}: "
+                "are the ranges noise? A SegmentFilter with a min_evidence leaves fewer"
+            )
         numbers, pairs, real = _cross(
             segments.pack(),
             segments.line,
@@ -122,6 +129,7 @@ def _cross(
     cos = np.cos(theta)
     sin = np.sin(theta)
     extent = _extent(endpoints, max_distance)
+    begins, order = _by_line(line, lines)
     count = 0
     for a in range(lines):
         for b in range(a + 1, lines):
@@ -149,14 +157,14 @@ def _cross(
             pairs[count, 0] = a
             pairs[count, 1] = b
             angles[count] = math.asin(min(abs(det), 1.0))
-            gap = _gap(x, y, a, b, line, endpoints)
+            gap = _gap(x, y, a, b, begins, order, endpoints)
             numbers[7 * most + count] = _evidence(extent, variance, gap, evidence[a], evidence[b])
             turned = (cos[a] * cos[b] + sin[a] * sin[b]) ** 2
             along_a = math.sqrt(va * turned + vb)
             along_b = math.sqrt(vb * turned + va)
             real[count] = _reaches(
-                x, y, a, abs(d[a]), along_a, line, endpoints, support, reach
-            ) and _reaches(x, y, b, abs(d[b]), along_b, line, endpoints, support, reach)
+                x, y, a, abs(d[a]), along_a, begins, order, endpoints, support, reach
+            ) and _reaches(x, y, b, abs(d[b]), along_b, begins, order, endpoints, support, reach)
             count += 1
     return numbers, pairs[:count], real[:count]
 
@@ -173,20 +181,36 @@ def _extent(endpoints: FloatArray, max_distance: float) -> float:
     return math.sqrt(square)
 
 
+@helper
+def _by_line(line: IntArray, lines: int) -> tuple[IntArray, IntArray]:
+    """Sort the segments by lines: those of line k are ``order[begins[k] : begins[k + 1]]``."""
+    begins = np.zeros(lines + 2, np.int64)
+    for j in range(line.size):
+        begins[line[j] + 2] += 1
+    for k in range(2, lines + 2):
+        begins[k] += begins[k - 1]
+    order = np.empty(line.size, np.int64)
+    for j in range(line.size):
+        order[begins[line[j] + 1]] = j
+        begins[line[j] + 1] += 1
+    return begins, order
+
+
 @leaf
-def _gap(x: float, y: float, a: int, b: int, line: IntArray, endpoints: FloatArray) -> float:
+def _gap(
+    x: float, y: float, a: int, b: int, begins: IntArray, order: IntArray, endpoints: FloatArray
+) -> float:
     """Return how far a corner of lines a and b is from the nearer of their segments."""
     least = math.inf
-    for j in range(line.size):
-        if line[j] != a and line[j] != b:
-            continue
-        ax = x - endpoints[j, 0, 0]
-        ay = y - endpoints[j, 0, 1]
-        bx = x - endpoints[j, 1, 0]
-        by = y - endpoints[j, 1, 1]
-        if ax * bx + ay * by <= 0.0:
-            return 0.0
-        least = min(least, ax * ax + ay * ay, bx * bx + by * by)
+    for k in (a, b):
+        for j in order[begins[k] : begins[k + 1]]:
+            ax = x - endpoints[j, 0, 0]
+            ay = y - endpoints[j, 0, 1]
+            bx = x - endpoints[j, 1, 0]
+            by = y - endpoints[j, 1, 1]
+            if ax * bx + ay * by <= 0.0:
+                return 0.0
+            least = min(least, ax * ax + ay * ay, bx * bx + by * by)
     return math.sqrt(least)
 
 
@@ -224,7 +248,8 @@ def _reaches(
     k: int,
     d: float,
     sigma: float,
-    line: IntArray,
+    begins: IntArray,
+    order: IntArray,
     endpoints: FloatArray,
     support: FloatArray,
     reach: float,
@@ -234,9 +259,7 @@ def _reaches(
     `sigma` is the corner's standard deviation along the line.
     """
     doubt = SIGMAS * sigma if sigma < math.inf else 0.0  # inf and nan tell nothing
-    for j in range(line.size):
-        if line[j] != k:
-            continue
+    for j in order[begins[k] : begins[k + 1]]:
         ax = endpoints[j, 0, 0]
         ay = endpoints[j, 0, 1]
         bx = endpoints[j, 1, 0]

@@ -115,7 +115,7 @@ def get_extractor(name: str, *, preset: str | None = None, **parameters: Any) ->
     UnknownExtractorError
         If there is no such extractor; the message names the near ones.
     PluginError
-        If its plugin cannot be imported.
+        If its plugin cannot be imported, or ends the program instead of making a detector.
     TypeError
         If it has no such parameter; the message names the near ones.
     ValueError
@@ -137,7 +137,11 @@ def get_extractor(name: str, *, preset: str | None = None, **parameters: Any) ->
         if chosen[stage] is None:
             chosen[stage] = kind(**stages.get(stage, {}))
     _check_names(name, factory, parameters, Pipeline.STAGES)
-    return Pipeline(name=name, detector=factory(**parameters), **chosen)
+    try:
+        detector = factory(**parameters)
+    except SystemExit as error:
+        raise PluginError(f"extractor {name!r} cannot be made: SystemExit: {error}") from error
+    return Pipeline(name=name, detector=detector, **chosen)
 
 
 def near_names(name: str, names: Iterable[str]) -> str:
@@ -178,7 +182,9 @@ def _distribution(entry: "EntryPoint") -> str:
 def _load(entry: "EntryPoint") -> Factory:
     try:
         factory = entry.load()
-    except (Exception, SystemExit) as error:  # a plugin may call sys.exit() where it is not run
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # also sys.exit(), or what skips a module in some test runner
         raise PluginError(
             f"extractor {entry.name!r} of {_distribution(entry)} cannot be loaded from "
             f"{entry.value!r}: {system_library(error) or f'{type(error).__name__}: {error}'}"

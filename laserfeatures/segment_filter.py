@@ -10,6 +10,8 @@ from laserfeatures.compiled import kernel, leaf
 from laserfeatures.data import LineSegments
 from laserfeatures.parameters import settle
 
+ROUNDING = 1e-9  # of a sine that is made of others
+
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentFilter:
@@ -143,16 +145,24 @@ def _reliable(
         keep[j] = (
             support[j] >= min_points and rms[j] <= max_error and evidence[line[j]] >= min_evidence
         )
+    cos = np.cos(theta)
+    sin = np.sin(theta)
+    spans = np.full((count, 2), -1)
     for a in range(count):
         for b in range(a + 1, count):
-            if not (keep[a] and keep[b]) or line[a] == line[b]:
+            k, m = line[a], line[b]
+            if not (keep[a] and keep[b]) or k == m:
                 continue
-            if abs(math.sin(theta[line[a]] - theta[line[b]])) >= sin_min:
+            # The first is cheap: there are as many pairs as segments squared.
+            if (
+                abs(sin[k] * cos[m] - cos[k] * sin[m]) > sin_min + ROUNDING
+                or abs(math.sin(theta[k] - theta[m])) >= sin_min
+            ):
                 continue
             better, worse = a, b
             if support[b] > support[a] or (support[b] == support[a] and rms[b] < rms[a]):
                 better, worse = b, a
-            if _is_copy(endpoints, support, points, better, worse, copy_distance):
+            if _is_copy(endpoints, support, points, spans, better, worse, copy_distance):
                 keep[worse] = False
     chosen = np.zeros(lines + count + lines, np.int64)
     kept = 0
@@ -171,17 +181,35 @@ def _reliable(
 
 
 @leaf
+def _find_span(points: BoolArray, spans: IntArray, j: int) -> None:
+    """Note the first beam of segment j, and one past its last, unless that is known."""
+    if spans[j, 0] >= 0:
+        return
+    first = 0
+    last = points.shape[1]
+    while first < last and not points[j, first]:
+        first += 1
+    while last > first and not points[j, last - 1]:
+        last -= 1
+    spans[j, 0] = first
+    spans[j, 1] = last
+
+
+@leaf
 def _is_copy(
     endpoints: FloatArray,
     support: FloatArray,
     points: BoolArray,
+    spans: IntArray,
     better: int,
     worse: int,
     copy_distance: float,
 ) -> bool:
     """Tell whether a segment shares half of its points with a better one, or runs over it."""
+    _find_span(points, spans, better)
+    _find_span(points, spans, worse)
     shared = 0
-    for i in range(points.shape[1]):
+    for i in range(max(spans[better, 0], spans[worse, 0]), min(spans[better, 1], spans[worse, 1])):
         shared += points[better, i] & points[worse, i]
     if 2 * shared >= support[worse]:
         return True

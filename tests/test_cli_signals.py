@@ -159,6 +159,29 @@ def test_a_signal_is_the_status_whatever_an_extractor_makes_of_it(
     ]
 
 
+@pytest.mark.parametrize("made", [lambda: sys.exit(5), lambda: lambda _: sys.exit(5)])
+def test_an_extractor_that_ends_the_program_is_bad_input(made, monkeypatch, tmp_path):
+    monkeypatch.setitem(registry._registered, "quits", made)
+    result = run("extract", carmen_log(tmp_path / "hallway.log"), "-e", "quits")
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert "SystemExit: 5" in line
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_while_a_plugin_is_loaded_is_not_taken_for_its_own_end(
+    number, status, monkeypatch, tmp_path
+):
+    def made():
+        os.kill(os.getpid(), number)
+        time.sleep(30)
+
+    monkeypatch.setitem(registry._registered, "waits", made)
+    log = carmen_log(tmp_path / "hallway.log")
+    assert run("extract", log, "-e", "waits").exit_code == status
+    assert run("compare", log, "--extractors", "waits,split_and_merge").exit_code == status
+
+
 def sends_on(played):
     """Return whether a device still sends scans, or has its laser on."""
     before = len(played.device.frames)

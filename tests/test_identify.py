@@ -23,6 +23,7 @@ LD19 = bytes.fromhex("54 2C 68 08") + bytes(43)
         (b"$GPGGA,123519,4807.038,N,01131.000,E*47\r\n", "a GPS receiver"),
         (b"\x02sAN DeviceIdent 7 TiM551\x03", "a SICK that speaks SOPAS"),
         (b"\x02sFA 3\x03", "a SICK that speaks SOPAS"),
+        (bytes.fromhex("02020202 00000005") + b"sFA\x00\x03\x1b", "a SICK that speaks SOPAS"),
         (b"login: ", "another device, which sends the text b'login: '"),
         (random.Random(1).randbytes(200), "bytes of no protocol known here"),  # noqa: S311 - no secret
     ],

@@ -1,4 +1,5 @@
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -6,9 +7,10 @@ import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import segments_of
+from scenes import needs_compiler, segments_of
 
-from laserfeatures import Intersections
+from laserfeatures import Intersections, Lines, LineSegments
+from laserfeatures.intersections import MOST_LINES
 
 seeds = st.integers(0, 10**6).map(np.random.default_rng)
 
@@ -273,6 +275,37 @@ def test_uncertain_corners_are_withheld():
     walls = right_angle(spread=0.01)
     assert len(Intersections(max_sigma=math.sqrt(0.051))(walls)) == 1
     assert len(Intersections(max_sigma=math.sqrt(0.049))(walls)) == 0
+
+
+def fan(count):
+    """Return lines that touch a circle of 5 m, with a segment each."""
+    theta = np.linspace(0, math.pi, count, endpoint=False)
+    across = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+    along = np.stack([-across[:, 1], across[:, 0]], axis=1)
+    lines = Lines(
+        theta=theta, d=np.full(count, 5.0), support=np.full(count, 9),
+        covariance=np.tile(np.diag([1e-6, 1e-6]), (count, 1, 1)), evidence=np.full(count, 9.0),
+    )  # fmt: skip
+    ends = np.stack([5 * across - 0.1 * along, 5 * across + 0.1 * along], axis=1)
+    numbers = np.arange(count)
+    return LineSegments(
+        lines=lines, line=numbers, endpoints=ends, support=np.full(count, 9),
+        rms=np.full(count, 0.01), points=np.zeros((count, 1), bool),
+    )  # fmt: skip
+
+
+@needs_compiler
+def test_each_pair_of_many_lines_is_looked_at_by_its_own_segments_alone():
+    Intersections()(fan(3))  # compiled
+    start = time.process_time()
+    assert len(Intersections(min_angle=0.0)(fan(2400))) > 1_000_000
+    assert time.process_time() - start < 2.5  # 7 s, were all segments looked at
+
+
+def test_more_lines_than_memory_has_room_for_are_refused():
+    count = MOST_LINES + 1
+    with pytest.raises(ValueError, match=f"at most {MOST_LINES} lines to cross.*, got {count}"):
+        Intersections()(fan(count))
 
 
 @pytest.mark.parametrize(

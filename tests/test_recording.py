@@ -20,6 +20,8 @@ from laserfeatures.emulators import Emulator, Faults, WorldFeed
 from laserfeatures.emulators.devices import DEVICES, device_class
 from laserfeatures.growing_file import GrowingFile
 from laserfeatures.simulation import hallway
+from laserfeatures.sources.log import Log
+from laserfeatures.sources.recording import read_recording
 
 DAMAGE = {"bit_flip": 0.01, "lost_byte": 0.01, "garbage": 0.01, "cut": 0.01}
 
@@ -280,3 +282,14 @@ def test_a_recording_of_an_opening_that_was_refused_is_read(tmp_path, empty):
     path.write_text("\n".join([*lines, f'{{"t": 1.2, "tx": {empty}}}', end]))
     with pytest.raises(lf.SourceError, match="no scan is in it, for it ended with: p: exp"):
         played(path)
+
+
+@pytest.mark.parametrize("baud", [115_200, 230_400, None])
+def test_a_recording_at_the_rate_of_other_models_says_so(tmp_path, baud):
+    path = tmp_path / "slow.rec"
+    head = {"laserfeatures": "recording", "version": 1, "protocol": "ld19"}
+    lines = [head | {"settings": {"baud": baud}}, {"t": 1.0, "end": True}]
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    log = Log(path)
+    assert list(read_recording(log)) == []
+    assert any("LD14" in text for text in log.notices.values()) == (baud == 115_200)

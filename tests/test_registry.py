@@ -98,6 +98,7 @@ def test_a_plugin_of_another_distribution_is_found_and_runs(install, run):
         ("raise RuntimeError('out of order')", "broken:Nothing", "RuntimeError: out of order"),
         ("def", "broken:Nothing", "SyntaxError: "),
         ("raise SystemExit(3)", "broken:Nothing", "SystemExit: 3"),
+        ("raise BaseException('skipped')", "broken:Nothing", "BaseException: skipped"),
     ],
 )
 def test_a_broken_plugin_hurts_neither_listing_nor_its_neighbours(
@@ -117,6 +118,19 @@ def test_a_broken_plugin_hurts_neither_listing_nor_its_neighbours(
     start = f"extractor 'bad' of broken cannot be loaded from '{target}': {cause}"
     assert message.startswith(start)
     assert chained == cause.split(":")[0]
+
+
+def test_ctrl_c_while_a_plugin_is_imported_is_no_fault_of_its(install, run):
+    install("slow", "raise KeyboardInterrupt", slow="slow:Nothing")
+    code = ERROR_OF.format('lf.get_extractor("slow")')
+    assert run(f"{code}    except KeyboardInterrupt:\n        print('heard')") == "heard"
+
+
+@pytest.mark.usefixtures("_clean_registry")
+def test_a_plugin_that_ends_the_program_instead_of_making_a_detector_is_named():
+    lf.register_extractor("mine", lambda: sys.exit("no licence"))
+    with pytest.raises(lf.PluginError, match="'mine' cannot be made: SystemExit: no licence"):
+        lf.get_extractor("mine")
 
 
 def test_an_entry_point_that_is_no_callable_is_refused(install, run):

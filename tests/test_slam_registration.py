@@ -55,6 +55,23 @@ def test_a_step_in_a_furnished_room_is_found_again(step, wrong):
     assert off @ np.linalg.inv(covariance) @ off < 20  # 16.3 is 0.999 of chi-square
 
 
+@pytest.mark.parametrize("far", [1e5, 1e300])
+@needs_compiler
+def test_a_return_from_very_far_needs_no_memory_and_changes_nothing(far):
+    view = {"sigma": NOISE, "view": math.radians(270)}
+    before, _ = look(ROOM, pose=START, seed=1, **view)
+    after, _ = look(ROOM, pose=compose(START, Pose2D(0.2, 0.0, 0.1)), seed=2, **view)
+
+    def with_far(points):
+        return np.concatenate([points, [(far, -far)]])
+
+    odometry = Pose2D(0.4, 0.1, 0.2)
+    found, covariance = register(with_far(before.points), with_far(after.points), odometry, VAGUE)
+    expected, certainty = register(before.points, after.points, odometry, VAGUE)
+    assert found == expected
+    np.testing.assert_array_equal(covariance, certainty)
+
+
 def test_along_a_corridor_the_odometry_is_all_there_is():
     covariance = np.diag([0.2**2, 0.2**2, 0.05**2])
     heading = 0.3

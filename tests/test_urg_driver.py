@@ -9,9 +9,10 @@ from urg_lines import number_of, numbered
 
 from laserfeatures.drivers import make_driver
 from laserfeatures.drivers.urg import Urg
+from laserfeatures.drivers.urg.scip import sum_of
 from laserfeatures.emulators import Emulator, Faults
 from laserfeatures.emulators.device import Device
-from laserfeatures.emulators.urg import UrgDevice
+from laserfeatures.emulators.urg import UrgDevice, answers
 from laserfeatures.errors import DriverError, DriverTimeoutError, ProtocolError
 
 
@@ -135,6 +136,25 @@ def test_the_address_names_the_parameters():
 def test_parameters_are_checked(wrong):
     with pytest.raises(ValueError, match=next(reversed(wrong))):
         Urg(port="/dev/null", **wrong)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        (b"00", b"FIRM:3.0.00(06/Oct./2004);X\n"),  # not its sum
+        (b"00", b"no key;" + sum_of(b"no key") + b"\n"),
+        (b"00", b"VEND:\xfc;Z\n"),
+        (b"0E", b""),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("command", [b"VV", b"II"])
+def test_only_pp_is_needed_to_measure(command, answer, monkeypatch, caplog):
+    monkeypatch.setitem(answers._SIMPLE, command, lambda *_: answer)
+    found, driver, _ = scans(UrgDevice(numbered()), 2, motor_speed=5)
+    assert [len(scan) for scan in found] == [682] * 2
+    assert driver.geometry.model.startswith("URG-04LX-UG01")
+    assert "wrong sum" in caplog.text or f"without what {command.decode()} tells" in caplog.text
 
 
 def test_a_refusal_is_named():

@@ -78,7 +78,16 @@ class CommandGroup(click.Group):
                 _discard_output()
                 ctx.exit(0)
             raise click.ClickException(_told(error)) from error
+        except SystemExit as error:
+            if isinstance(error, _EndedBySignal):
+                raise
+            text = f"a plugin ended the program: SystemExit: {error}"
+            raise click.ClickException(text) from error
         return result
+
+
+class _EndedBySignal(SystemExit):
+    """A signal ends the command."""
 
 
 def _told(error: OSError) -> str:
@@ -174,6 +183,9 @@ def _ended_by_signals() -> Iterator[None]:
         if came:  # whatever has become of it on its way
             raise _ended(came[0]) from error
         raise
+    else:
+        if came and came[0] != signal.SIGINT:  # it was taken for a plugin's own end
+            raise _ended(came[0])
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
@@ -187,4 +199,4 @@ def ignore_further(number: int) -> None:
 
 
 def _ended(number: signal.Signals) -> BaseException:
-    return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(BY_SIGNAL + number)
+    return KeyboardInterrupt() if number == signal.SIGINT else _EndedBySignal(BY_SIGNAL + number)

@@ -105,6 +105,11 @@ class Driver(ABC):
     def patience(self) -> float:
         """How long the next scan may take before something is wrong [s]."""
 
+    @property
+    def doubt(self) -> str | None:
+        """What a user should know of the device that these parameters may be meant for."""
+        return None
+
     # What its user calls.
 
     def open(self) -> None:

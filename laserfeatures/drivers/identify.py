@@ -14,7 +14,8 @@ SIGNATURES = (  # the most telling first
     (re.compile(rb"\x02[\x80\x81].[\x00-\x03][\x90-\xff]", re.DOTALL), "a SICK LMS2xx (lms:)"),
     (re.compile(rb"(?m)^(VEND|PROD|MODL|DMIN):|^[MG][DS]\d{10,13}\n|^99b$|^0[0E][Pe]$"),
      "a Hokuyo that speaks SCIP (urg:)"),
-    (re.compile(rb"\x02s(RA|AN|EA|SN|FA|RI|WA|MA)\b"), "a SICK that speaks SOPAS (TiM, LMS1xx)"),
+    (re.compile(rb"\x02(\x02{3}.{4})?s(RA|AN|EA|SN|FA|RI|WA|MA)\b", re.DOTALL),
+     "a SICK that speaks SOPAS (TiM, LMS1xx)"),
     (re.compile(rb"\$G[PNL][A-Z]{3},"), "a GPS receiver (NMEA sentences)"),
 )  # fmt: skip
 QUESTIONS = (  # that change nothing: rate of the line [Bd] and request

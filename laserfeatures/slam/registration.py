@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from laserfeatures.arrays import BoolArray, FloatArray, IntArray
+from laserfeatures.arrays import BoolArray, FloatArray, IntArray, lock
 from laserfeatures.compiled import helper, kernel
 from laserfeatures.scan import Pose2D
 
@@ -20,6 +20,7 @@ ALIGNED = 400  # points that the alignment takes
 TURN_STEP = math.radians(1.5)
 SHIFT_STEP = 0.1  # [m]
 MOST = 1_000_000  # places that are searched; odometry that needs more is as good alone
+FARTHEST = 100.0  # [m] off the sensor, along each axis; a grid of more takes over 128 MB
 LEAST_TURN, LEAST_SHIFT = math.radians(20), 0.3  # that are searched at least
 ROUNDS = 20
 FIRST_REACH, LAST_REACH = 0.5, 0.1  # [m] from a point to its match, at first and in the end
@@ -40,7 +41,8 @@ def register(
     Parameters
     ----------
     before, after : (P, 2), (Q, 2) arrays
-        Points of both scans in beam order, in the sensor's frame of each [m].
+        Points of both scans in beam order, in the sensor's frame of each [m]; those very far off
+        are left out.
     step : Pose2D
         The step by odometry.
     covariance : (3, 3) array
@@ -52,7 +54,8 @@ def register(
     Olson, Real-Time Correlative Scan Matching, ICRA 2009.
     Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008.
     """
-    normals, flat = _normals(np.ascontiguousarray(before))
+    before, after = _near(before), _near(after)
+    normals, flat = _normals(before)
     deviations = np.sqrt(np.diag(covariance))
     start = np.array([step.x, step.y, step.theta])
     reach = np.array([LEAST_SHIFT, LEAST_SHIFT, LEAST_TURN])
@@ -71,6 +74,16 @@ def register(
     prior = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     pose, information = _align(before[flat], normals[flat], some, start + found, start, prior)
     return Pose2D(*pose.tolist()), np.linalg.inv(information) + others
+
+
+def _near(points: FloatArray) -> FloatArray:
+    """Return the points that are not too far to be searched for."""
+    near = np.abs(points).max(axis=1, initial=0.0) <= FARTHEST
+    if near.all():
+        return np.ascontiguousarray(points)
+    kept = points[near]
+    lock(kept)  # as a scan's are: the kernels are compiled for those
+    return kept
 
 
 def _best(

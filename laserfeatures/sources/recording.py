@@ -101,6 +101,8 @@ class Player:
             raise SourceError(f"{log.path}:1: {error}") from error
         self.losses = self._driver.losses
         self._decoder = self._driver.decoder()
+        if self._driver.doubt is not None:
+            log.notice("device", self._driver.doubt)
 
     def play(self, entry: Entry) -> list[Sweep]:
         """Return the scans that become whole with an entry."""

@@ -12,6 +12,10 @@ from laserfeatures.drivers.ld19.turns import RANGE_MIN, Turns
 log = logging.getLogger("laserfeatures.drivers")
 
 SLOW = 115_200  # [Bd]; at which an LD14 and an LDS-02 send the frames of an LD19
+OTHERS = (
+    f"an LD14 and an LDS-02 send the same frames at {SLOW} Bd, but their angles are not right "
+    "here: they want a correction by the range that this driver does not make"
+)
 SPIN_UP = 3.0  # [s] until the motor turns and frames come
 
 
@@ -49,6 +53,11 @@ class Ld19(Driver):
         return Ld19Decoder(self.losses, turns, self.baud or self.usual_baud)
 
     @property
+    def doubt(self) -> str | None:
+        """What else a device at this rate may be."""
+        return OTHERS if self.baud == SLOW else None
+
+    @property
     def patience(self) -> float:
         """How long the next scan may take [s]: two turns of a slow motor."""
         return 1.0
@@ -59,12 +68,8 @@ class Ld19(Driver):
         )
         if frame is None:
             raise self._no_answer("the frames of an LD06 or LD19 (54 2c ..)")
-        if self.reader.port.baud == SLOW:
-            log.warning(
-                "%s: an LD14 and an LDS-02 send the same frames at %d Bd, but their angles are not "
-                "right here: they want a correction by the range that this driver does not make",
-                self.port, SLOW,
-            )  # fmt: skip
+        if self.doubt is not None:
+            log.warning("%s: %s", self.port, self.doubt)
 
     def _stop(self) -> None:
         pass  # there is no command for it

@@ -1,7 +1,7 @@
 """The driver of SCIP 2.0 sensors."""
 
 import logging
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
@@ -12,7 +12,7 @@ from laserfeatures.drivers.urg import statuses
 from laserfeatures.drivers.urg.commands import KINDS, Kind, Measurement
 from laserfeatures.drivers.urg.decoder import UrgDecoder
 from laserfeatures.drivers.urg.ranges import block_size
-from laserfeatures.drivers.urg.scip import LF, OLD_REFUSAL, Reply
+from laserfeatures.drivers.urg.scip import LF, OLD_REFUSAL, Reply, answer_to
 from laserfeatures.drivers.urg.sensor import Geometry, decode_fields, decode_geometry, with_speed
 from laserfeatures.errors import DeviceLostError, DriverError, DriverTimeoutError
 from laserfeatures.scan import LaserScan
@@ -135,7 +135,7 @@ class Urg(Driver):
         if self.reset:
             self._command(b"RS", {statuses.ACCEPTED})
             self._take_over()
-        self.version = decode_fields(self._command(b"VV").lines)
+        self.version = self._told(b"VV")
         log.info("%s: %s", self.port, self.version)
         self.geometry = decode_geometry(self._command(b"PP").lines)
         self._set_rate()
@@ -181,12 +181,12 @@ class Urg(Driver):
         A stream is not waited for: it may never pause.
         """
         for _ in range(TRIES):
-            reply = self._ask(b"QT" + LF, _answer_to(b"QT"), self._answer_time, tries=2)
+            reply = self._ask(b"QT" + LF, answer_to(b"QT"), self._answer_time, tries=2)
             if reply is None or reply.status == statuses.ACCEPTED:
                 return reply
             # Each of them is tried until it works; the next QT tells.
             wake = b"SCIP2.0" if reply.status == OLD_REFUSAL else b"TM2"
-            self._ask(wake + LF, _answer_to(wake), self._answer_time, tries=1)
+            self._ask(wake + LF, answer_to(wake), self._answer_time, tries=1)
         return None
 
     @property
@@ -204,12 +204,22 @@ class Urg(Driver):
         DriverError
             If it is refused; silence is a DriverTimeoutError, nonsense a ProtocolError.
         """
-        reply = self._ask(command + LF, _answer_to(command), self._answer_time, tries=TRIES)
+        reply = self._ask(command + LF, answer_to(command), self._answer_time, tries=TRIES)
         if reply is None:
             raise self._no_answer(f"a Hokuyo that answers {command.decode()}")
         if reply.status not in accepted:
             raise self._refusal(command, reply)
         return reply
+
+    def _told(self, command: bytes) -> dict[str, str]:
+        """Return what VV or II tells: nothing where it makes no sense, for only PP is needed."""
+        try:
+            return decode_fields(self._command(command).lines)
+        except DeviceLostError:
+            raise
+        except DriverError as error:
+            log.warning("%s: going on without what %s tells", error, command.decode())
+            return {}
 
     def _refusal(self, command: bytes, reply: Reply) -> DriverError:
         if command[:1] != b"M":  # those the decoder counts
@@ -238,8 +248,7 @@ class Urg(Driver):
     def _set_motor(self, geometry: Geometry) -> None:
         if self.motor_speed is not None:
             self._command(b"CR%02d" % self.motor_speed, {statuses.ACCEPTED, b"03"})
-            information = decode_fields(self._command(b"II").lines)
-            self.geometry = with_speed(geometry, information)
+            self.geometry = with_speed(geometry, self._told(b"II"))
 
     def _read_clock(self) -> None:
         """Let the decoder learn the offset of the sensor's clock, which needs time stamp mode."""
@@ -253,7 +262,7 @@ class Urg(Driver):
             raise
         except DriverError as error:
             log.warning("%s; the times of its scans are those of their arrival", error)
-        self._ask(b"TM2" + LF, _answer_to(b"TM2"), self._answer_time, tries=1)
+        self._ask(b"TM2" + LF, answer_to(b"TM2"), self._answer_time, tries=1)
         self._quit()  # which leaves that mode, too, should the answer have got lost
 
     def _measurement(self) -> Measurement:
@@ -271,7 +280,7 @@ class Urg(Driver):
         """Start the stream; should only the answer have got lost, stop it and start it again."""
         command = self._measurement().encode()
         for _ in range(TRIES):
-            reply = self._ask(command + LF, _answer_to(command), self._answer_time, tries=1)
+            reply = self._ask(command + LF, answer_to(command), self._answer_time, tries=1)
             if reply is None:
                 self._quit()
             elif statuses.is_accepted_stream(reply.status):
@@ -283,14 +292,3 @@ class Urg(Driver):
     def _fetch(self) -> None:
         self._fetching = True
         self.reader.write(replace(self._measurement(), count=0).encode() + LF)
-
-
-def _answer_to(command: bytes) -> Callable[[object], Reply | None]:
-    """Match the reply to a command, but not one that says "later"."""
-
-    def match(reply: object) -> Reply | None:
-        if not isinstance(reply, Reply) or reply.echo != command:
-            return None
-        return None if reply.status in statuses.BUSY else reply
-
-    return match

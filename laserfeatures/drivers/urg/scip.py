@@ -6,8 +6,10 @@ Hokuyo, Communication Protocol Specification for SCIP2.0 Standard, C-42-03320B, 
 """
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from laserfeatures.drivers.urg.statuses import BUSY
 from laserfeatures.errors import ProtocolError
 
 log = logging.getLogger("laserfeatures.drivers")
@@ -156,3 +158,14 @@ def _wrong_sum(line: bytes, text: bytes) -> ProtocolError:
     return ProtocolError(
         f"SCIP line {line[:SHOWN]!r}: expected the sum {sum_of(text)!r}, got {line[-1:]!r}"
     )
+
+
+def answer_to(command: bytes) -> Callable[[object], Reply | None]:
+    """Match the reply to a command, but not one that says "later"."""
+
+    def match(reply: object) -> Reply | None:
+        if not isinstance(reply, Reply) or reply.echo != command:
+            return None
+        return None if reply.status in BUSY else reply
+
+    return match
