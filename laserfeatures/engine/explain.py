@@ -194,17 +194,24 @@ def turned_columns(columns: IntArray, start: int, n: int) -> IntArray:
 def better_seam(points: Sequence, label: IntArray) -> int:
     """Return where to cut a ring so that no wall is cut: 0 where it is right already.
 
-    It is the widest step between two walls.
+    It is the widest step between two walls; strays inside of one wall are no place.
     """
     n = label.size
     if n == 0 or (label[0] >= 0 and label[n - 1] >= 0 and label[0] != label[n - 1]):
         return 0
-    widest = -1.0
-    start = 0
-    for i in range(1, n):
-        if label[i] != label[i - 1]:
-            step = (points.x[i] - points.x[i - 1]) ** 2 + (points.y[i] - points.y[i - 1]) ** 2
-            if step > widest:
+    widest = step = -1.0
+    start = at = 0
+    before = -1
+    for i in range(n):
+        if i > 0 and before >= 0:  # the widest step since the last return of a wall
+            square = (points.x[i] - points.x[i - 1]) ** 2 + (points.y[i] - points.y[i - 1]) ** 2
+            if square > step:
+                step = square
+                at = i
+        if label[i] >= 0:
+            if before >= 0 and label[i] != before and step > widest:
                 widest = step
-                start = i
+                start = at
+            before = label[i]
+            step = -1.0
     return start
