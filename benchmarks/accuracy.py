@@ -1,7 +1,7 @@
 """The report's section on accuracy: lines and corners of simulated rooms against the truth."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -126,16 +126,7 @@ def _scores(scene, seeds, extractors):
 
 def _real(features):
     """Return the same without the virtual corners."""
-    corners = features.corners
-    real = corners.real
-    kept = lf.PointFeatures(
-        positions=corners.positions[real],
-        covariance=corners.covariance[real],
-        lines=corners.lines[real],
-        angles=corners.angles[real],
-        real=real[real],
-    )
-    return lf.Features(scan=features.scan, segments=features.segments, corners=kept)
+    return replace(features, corners=features.corners.select(features.corners.real))
 
 
 def _tables(scores):

@@ -205,8 +205,8 @@ class PointFeatures(Record):
         True for a real corner (surfaces were seen to reach it), False for a virtual one.
     evidence : (F,) array, optional
         How sure it is [nats]: the log-likelihood ratio of a corner at this place against one
-        anywhere in view, and half the logarithm of the weaker line's evidence (see `Lines`); 0
-        where the detector tells none.
+        anywhere in view, and the logarithms of its lines' evidence (see `Lines`), that of the
+        surer one half; 0 where the detector tells none.
     """
 
     positions: FloatArray
@@ -246,6 +246,15 @@ class PointFeatures(Record):
             angles=numbers[6 * most : 6 * most + count],
             evidence=numbers[7 * most : 7 * most + count],
         )
+
+    def select(self, kept: "ArrayLike") -> Self:
+        """Return those corners that a mask (F,), or numbers of corners, keep."""
+        every = (self.positions, self.covariance, self.lines, self.angles, self.real, self.evidence)
+        places, covariance, lines, angles, real, evidence = (each[kept] for each in every)
+        return type(self)(
+            positions=places, covariance=covariance, lines=lines, angles=angles, real=real,
+            evidence=evidence,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         return f"PointFeatures({_counted(len(self), 'corner')}, {int(self.real.sum())} real)"

@@ -1,5 +1,7 @@
 """Emulated rangefinders that the tests of sources and commands read."""
 
+import time
+
 import numpy as np
 
 from laserfeatures.drivers import make_driver
@@ -8,6 +10,14 @@ from laserfeatures.emulators import Emulator, Faults, WorldFeed
 from laserfeatures.emulators.ld19 import Ld19Device
 from laserfeatures.growing_file import GrowingFile
 from laserfeatures.simulation import hallway
+
+
+def sends_on(played):
+    """Return whether a device still sends scans, or has its laser on."""
+    before = len(played.device.frames)
+    time.sleep(0.3)
+    laser = getattr(getattr(played.device, "state", None), "laser", False)
+    return len(played.device.frames) > before or laser
 
 
 def ld19(rates=None, *, unplugged_time=0.3, **link):

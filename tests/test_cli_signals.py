@@ -20,6 +20,7 @@ from cli_runs import ENTRY, carmen_log, run, start
 from llvmlite.binding.executionengine import ExecutionEngine
 from numba import config, njit
 from numbered import NumberedFeed
+from played import sends_on
 
 import laserfeatures
 import laserfeatures as lf
@@ -180,14 +181,6 @@ def test_a_signal_while_a_plugin_is_loaded_is_not_taken_for_its_own_end(
     log = carmen_log(tmp_path / "hallway.log")
     assert run("extract", log, "-e", "waits").exit_code == status
     assert run("compare", log, "--extractors", "waits,split_and_merge").exit_code == status
-
-
-def sends_on(played):
-    """Return whether a device still sends scans, or has its laser on."""
-    before = len(played.device.frames)
-    time.sleep(0.3)
-    laser = getattr(getattr(played.device, "state", None), "laser", False)
-    return len(played.device.frames) > before or laser
 
 
 @pytest.mark.parametrize("device", ["urg", "lms", "rplidar"])

@@ -163,7 +163,7 @@ def test_corners_by_evidence_have_a_curve_each_and_a_row_for_each_kind():
     assert any(cell.endswith("≥ 3") for cell in table.rows[2])
     assert no_virtual == ["told", "virtual", *["-"] * 5]
     texts = [block.text for block in document.blocks if isinstance(block, Paragraph)]
-    assert any("From right to left" in text and "min_evidence" in text for text in texts)
+    assert any("From right to left" in text and "--min-evidence" in text for text in texts)
 
 
 def test_without_poses_the_report_says_so(extractors):

@@ -178,3 +178,18 @@ def test_what_is_no_array_of_numbers_is_named(kind, fields):
         for value in (["a", "b"], [[1], [1, 2]], {"a": 1}):
             with pytest.raises(ValueError, match=f"^{name} must be an array of numbers: "):
                 kind(**{**fields, name: value})
+
+
+def test_some_corners_are_selected_with_all_that_belongs_to_them():
+    corners = PointFeatures(
+        positions=[(1, 2), (3, 4), (5, 6)], covariance=[k * np.eye(2) for k in (1, 2, 3)],
+        lines=[(0, 1), (0, 2), (1, 2)], angles=[0.5, 1.0, 1.5], real=[True, False, True],
+        evidence=[1.0, 2.0, 3.0],
+    )  # fmt: skip
+    for kept in (corners.real, [0, 2]):
+        some = corners.select(kept)
+        assert some.positions.tolist() == [[1, 2], [5, 6]]
+        assert some.covariance[:, 0, 0].tolist() == [1, 3]
+        assert some.lines.tolist() == [[0, 1], [1, 2]]
+        assert (some.angles.tolist(), some.evidence.tolist()) == ([0.5, 1.5], [1.0, 3.0])
+    assert len(corners.select(np.zeros(3, bool))) == 0

@@ -11,6 +11,7 @@ from contextlib import ExitStack, suppress
 import pytest
 from bounded import Child
 from numbered import NumberedFeed, numbers_of
+from played import sends_on
 
 from laserfeatures import DeviceLostError, DriverError, DriverTimeoutError, ProtocolError
 from laserfeatures.drivers import driver as driver_module
@@ -213,14 +214,6 @@ def test_another_device_at_the_port_is_named(driver, device, name):
         pytest.raises(ProtocolError, match=name),
     ):
         make_driver(f"{driver}:{played.port}").open()
-
-
-def sends_on(played):
-    """Return whether a device still sends scans, or has its laser on."""
-    before = len(played.device.frames)
-    time.sleep(0.3)
-    laser = getattr(getattr(played.device, "state", None), "laser", False)
-    return len(played.device.frames) > before or laser
 
 
 @pytest.mark.parametrize("name", ["urg", "lms", "rplidar"])

@@ -99,19 +99,6 @@ def assert_same(features, other, turn, shift):
     np.testing.assert_allclose(others[2], spread, rtol=1e-4)
 
 
-@every_wall_extractor
-@resolutions
-@rooms
-def test_features_do_not_depend_on_where_a_full_turn_begins(name, beams, seed):
-    extractor = lf.get_extractor(name)
-    ranges = room(seed, beams)
-    features = extractor(around(ranges))
-    assert len(features.lines) >= 5
-    for shift in np.random.default_rng(seed).integers(1, beams, TURNS).tolist():
-        begun = around(np.roll(ranges, shift), -math.pi - shift * TURN / beams)
-        assert_same(features, extractor(begun), 0.0, shift)
-
-
 def columns_in_walls(seed, beams):
     """Return the ranges of a scan around a room with half columns and a face behind another."""
     rng = np.random.default_rng(seed)
@@ -126,11 +113,12 @@ def columns_in_walls(seed, beams):
 @every_wall_extractor
 @resolutions
 @rooms
-def test_columns_do_not_depend_on_where_a_full_turn_begins(name, beams, seed):
+@pytest.mark.parametrize(("scene", "least"), [(room, 5), (columns_in_walls, 4)])
+def test_features_do_not_depend_on_where_a_full_turn_begins(name, beams, seed, scene, least):
     extractor = lf.get_extractor(name)
-    ranges = columns_in_walls(seed, beams)
+    ranges = scene(seed, beams)
     features = extractor(around(ranges))
-    assert len(features.lines) >= 4
+    assert len(features.lines) >= least
     for shift in np.random.default_rng(seed).integers(1, beams, TURNS).tolist():
         begun = around(np.roll(ranges, shift), -math.pi - shift * TURN / beams)
         assert_same(features, extractor(begun), 0.0, shift)

@@ -73,9 +73,9 @@ def extract(
 
     A corner is real where both of its lines have a segment that reaches it. The evidence of a line
     says by how much the scan is likelier with it [nats], a corner's how much likelier it is at its
-    place than anywhere in view, and half the logarithm of its weaker line's; 0 where the extractor
-    tells none. A file is complete or absent: it takes its name when all scans are done, and
-    replaces an older file of that name.
+    place than anywhere in view, and the logarithms of its lines', that of the surer one half; 0
+    where the extractor tells none. A file is complete or absent: it takes its name when all scans
+    are done, and replaces an older file of that name.
 
     \b
     A name that ends in .csv makes a table of corners, or of what --rows says: a header, then a row

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from laserfeatures.arrays import FloatArray
-from laserfeatures.data import Features, LaserScan, PointFeatures
+from laserfeatures.data import Features, LaserScan
 from laserfeatures.pipeline import Pipeline
 
 if TYPE_CHECKING:
@@ -75,17 +75,7 @@ class Selective(Pipeline):
         wanted &= corners.evidence >= self.min_evidence
         if self.real_only:
             wanted &= corners.real
-        return replace(
-            features,
-            corners=PointFeatures(
-                positions=corners.positions[wanted],
-                covariance=corners.covariance[wanted],
-                lines=corners.lines[wanted],
-                angles=corners.angles[wanted],
-                real=corners.real[wanted],
-                evidence=corners.evidence[wanted],
-            ),
-        )
+        return replace(features, corners=corners.select(wanted))
 
 
 def _worst(covariance: FloatArray) -> FloatArray:

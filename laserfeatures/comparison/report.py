@@ -47,7 +47,7 @@ beam of the next scan passes within {tolerance:g} m of it and measures at least 
 NO_POSES = """No two scans in a row have poses, so it is not known which corners are found again."""
 
 EVIDENT = """From right to left, each point of a curve counts only corners of more evidence, much as
-segment_filter.min_evidence at the number after the sign ≥ leaves them: where a curve climbs,
+--min-evidence with the number after the sign ≥ leaves them: where a curve climbs,
 evidence tells corners that last from those that do not, of two curves the higher is the better one
 at as many corners a scan, and an extractor that tells no evidence is a single point."""
 

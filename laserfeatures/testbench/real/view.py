@@ -49,18 +49,7 @@ def judged(features: Features, view: View) -> Features:
         away = np.hypot(*(points[None] - corners.positions[:, None]).transpose(2, 0, 1))
         beside = (away < BESIDE) & view.scan.valid
         keep = 2 * (beside & view.known).sum(axis=1) >= beside.sum(axis=1)
-    return replace(
-        features,
-        corners=replace(
-            corners,
-            positions=corners.positions[keep],
-            covariance=corners.covariance[keep],
-            lines=corners.lines[keep],
-            angles=corners.angles[keep],
-            real=corners.real[keep],
-            evidence=corners.evidence[keep],
-        ),
-    )
+    return replace(features, corners=corners.select(keep))
 
 
 def _lines_judged(features: Features, view: View) -> BoolArray:
