@@ -247,7 +247,7 @@ class PointFeatures(Record):
             evidence=numbers[7 * most : 7 * most + count],
         )
 
-    def select(self, kept: "ArrayLike") -> Self:
+    def select(self, kept: BoolArray | IntArray) -> Self:
         """Return those corners that a mask (F,), or numbers of corners, keep."""
         every = (self.positions, self.covariance, self.lines, self.angles, self.real, self.evidence)
         places, covariance, lines, angles, real, evidence = (each[kept] for each in every)

@@ -186,7 +186,7 @@ def test_some_corners_are_selected_with_all_that_belongs_to_them():
         lines=[(0, 1), (0, 2), (1, 2)], angles=[0.5, 1.0, 1.5], real=[True, False, True],
         evidence=[1.0, 2.0, 3.0],
     )  # fmt: skip
-    for kept in (corners.real, [0, 2]):
+    for kept in (corners.real, np.array([0, 2])):
         some = corners.select(kept)
         assert some.positions.tolist() == [[1, 2], [5, 6]]
         assert some.covariance[:, 0, 0].tolist() == [1, 3]
