@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scenes import TURN, look, random_room, scan_of
 
-from laserfeatures import LaserScan
+from laserfeatures import LaserScan, get_extractor
 from laserfeatures.engine import WallDetector, segments
 from laserfeatures.engine.explain import prepare
 
@@ -110,3 +110,12 @@ def test_each_wall_of_a_room_is_found_with_the_errors_it_is_said_to_have(seed):
         if abs(found.lines.theta[k] - theta % math.pi) > 3:  # at the wrap
             continue
         assert error @ np.linalg.solve(found.lines.covariance[k], error) < 25
+
+
+@pytest.mark.parametrize("options", [{}, {"preset": "paper", "max_peaks": 200}])
+def test_more_beams_of_segments_than_memory_should_hold_are_refused(options):
+    beams, each = 120_000, 20  # short walls, each at a distance of its own
+    steps = np.repeat(np.random.default_rng(1).uniform(2.0, 10.0, beams // each), each)
+    scan = LaserScan(angles=np.linspace(-3.0, 3.0, beams), ranges=steps)
+    with pytest.raises(ValueError, match=r"at most 5e\+08 beams over all segments, got \d+ segm"):
+        get_extractor("direct_hough", **options)(scan)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
+from math import floor, isfinite, log10
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -121,12 +122,20 @@ def _print(found: dict[str, Any]) -> None:
     ]
     rows = [
         ("scans", f"{found['scans']}, of which {found['telling']} tell a noise"),
-        ("sigma", f"{1e3 * found['sigma']:.2f} ± {1e3 * error['sigma']:.2f} mm"),
-        ("relative", f"{1e2 * found['relative']:.3f} ± {1e2 * error['relative']:.3f} %"),
-        ("roughness", f"{1e3 * found['roughness']:.1f} ± {1e3 * error['roughness']:.1f} mm"),
+        ("sigma", _with_error(1e3 * found["sigma"], 1e3 * error["sigma"], "mm")),
+        ("relative", _with_error(1e2 * found["relative"], 1e2 * error["relative"], "%")),
+        ("roughness", _with_error(1e3 * found["roughness"], 1e3 * error["roughness"], "mm")),
         ("correlation", f"{found['correlation']:.2f} of neighbours' errors"),
         ("together", f"{1e3 * found['at_mean_range']:.2f} mm at {found['mean_range']:.2f} m"),
         ("changes by", f"{factors[0]} in {SELDOM} scans, {factors[1]} from scan to scan alone"),
     ]
     for name, value in rows:
         click.echo(f"{name:<18} {value}")
+
+
+def _with_error(value: float, error: float, unit: str) -> str:
+    """Return a number with as many decimals as the first two digits of its error have."""
+    if not isfinite(error):
+        return f"{value:.2g} {unit}, its error unknown"
+    decimals = max(0, 1 - floor(log10(error))) if error > 0 else 2
+    return f"{value:.{decimals}f} ± {error:.{decimals}f} {unit}"

@@ -17,6 +17,7 @@ Segments = tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]
 # holds. Handing an array to Python takes half a microsecond, a view of it less.
 Found = tuple[FloatArray, IntArray, BoolArray]
 
+MAX_SIZE = 500_000_000  # segments times beams [bytes]; as much again once they are filtered
 MAX_GROWTH = 4.0  # of the way between points of a wall from one beam to the next
 
 
@@ -74,7 +75,7 @@ def cut_segments(
     Returns
     -------
     line (S,), endpoints (S, 2, 2), support (S,), rms (S,), points (S, beams) : arrays
-        As in `LineSegments`.
+        As in `LineSegments`; points is (0, beams) where it would be too large (see `check_size`).
     """
     ends = np.empty(member.size + 1, np.int64)  # a segment is member[ends[j] : ends[j + 1]]
     count = 0
@@ -106,8 +107,9 @@ def cut_segments(
     endpoints = np.empty((count, 2, 2))
     support = np.empty(count)
     rms = np.empty(count)
-    points = np.zeros((count, beams), np.bool_)
-    for j in range(count):
+    fits = count * beams <= MAX_SIZE
+    points = np.zeros((count if fits else 0, beams), np.bool_)
+    for j in range(count if fits else 0):
         k = line[ends[j]]
         c = math.cos(theta[k])
         s = math.sin(theta[k])
@@ -208,8 +210,30 @@ def pack(theta: FloatArray, walls: Walls, segments: Segments) -> Found:
     return numbers, line, beams
 
 
+def check_size(line: IntArray, points: BoolArray) -> None:
+    """Check that the beams of all segments had room in memory.
+
+    Raises
+    ------
+    ValueError
+        If they had not.
+    """
+    if len(points) < len(line):
+        raise ValueError(
+            f"expected at most {MAX_SIZE:.0e} beams over all segments, got {len(line)} segments of "
+            f"{points.shape[1]} beams: are the ranges noise?"
+        )
+
+
 def line_segments(found: Found) -> LineSegments:
-    """Return what a kernel found as `LineSegments`."""
+    """Return what a kernel found as `LineSegments`.
+
+    Raises
+    ------
+    ValueError
+        If it was too much for memory.
+    """
     numbers, line, beams = found
+    check_size(line, beams)
     lock(numbers, line, beams)
     return LineSegments.packed(numbers, line=line, points=beams)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from laserfeatures.arrays import IntArray
 from laserfeatures.data import LaserScan, Lines, LineSegments
 from laserfeatures.engine import kernel
-from laserfeatures.engine.segments import cut_segments
+from laserfeatures.engine.segments import check_size, cut_segments
 from laserfeatures.parameters import is_whole, settle
 from laserfeatures_plugins.direct_hough.accumulator import Accumulator, accumulate, check_steps
 
@@ -106,6 +106,7 @@ class PaperHough:
         line, endpoints, support, rms, points = cut_segments(
             x, y, scan.beams, scan.beams, len(scan), theta, d, on_line, member, 0, 0.0, math.inf
         )
+        check_size(line, points)
         lines = Lines(theta=theta, d=d, support=members.sum(axis=1), covariance=covariance)
         return LineSegments(
             lines=lines, line=line, endpoints=endpoints, support=support, rms=rms, points=points
