@@ -114,6 +114,9 @@ leaf = njit(  # type: ignore[call-overload] # as above
 inlined = njit(  # type: ignore[call-overload] # as above
     error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, inline="always"
 )
+# A variable begins with this, not with 0, where helpers take it: they would be compiled for the
+# type of the literal, too.
+ZERO: int = np.int64(0)  # type: ignore[assignment] # as good as one
 
 
 def _cache(dispatcher: Any) -> Any:

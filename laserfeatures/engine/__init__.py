@@ -4,7 +4,7 @@
 kernel: arrays and scalars in, arrays and scalars out, no checks.
 """
 
-from laserfeatures.compiled import helper, kernel, leaf
+from laserfeatures.compiled import ZERO, helper, kernel, leaf
 from laserfeatures.engine.detector import WallDetector
 
-__all__ = ["WallDetector", "helper", "kernel", "leaf"]
+__all__ = ["ZERO", "WallDetector", "helper", "kernel", "leaf"]

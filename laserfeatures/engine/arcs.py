@@ -20,7 +20,7 @@ SETTLED = 1e-3  # of the radius: a step that changes no decision
 
 
 @leaf
-def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float = CONVEX) -> float:
+def arc_misfit(points: Sequence, i: int, j: int, max_radius: float, least: float) -> float:
     """Return chi squared of the circle through returns i..j-1, inf where that is no round object.
 
     The circle is the nearest one, begun at the algebraic fit of Kasa (1976), which is too small
@@ -208,7 +208,9 @@ def is_round(points: Sequence, i: int, j: int, max_radius: float) -> bool:
         PRICE + flat_misfit(points, i, j),
         2.0 * PRICE + flat_misfit(points, i, corner) + flat_misfit(points, corner, j),
     )
-    return bool(arc_misfit(points, i, j, max_radius) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE))
+    return bool(
+        arc_misfit(points, i, j, max_radius, CONVEX) + ARC_PRICE < min(flat, (j - i) * STRAY_PRICE)
+    )
 
 
 @leaf

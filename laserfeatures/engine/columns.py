@@ -3,7 +3,7 @@
 import numpy as np
 
 from laserfeatures.arrays import IntArray
-from laserfeatures.compiled import helper, leaf
+from laserfeatures.compiled import ZERO, helper, leaf
 from laserfeatures.engine.arcs import arc_misfit
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
@@ -22,7 +22,8 @@ def find_columns(points: Sequence, label: IntArray, walls: Walls, max_radius: fl
     """Return where columns begin and end, (2, K); the walls that they were lose their points."""
     n = label.size
     found = np.empty((2, walls.size), np.int64)
-    count = begin = 0
+    count = 0
+    begin = ZERO
     while begin < n and max_radius > 0.0:
         k = label[begin]
         if k < 0 or walls[k].first != begin or walls[k].last - begin > MOST:

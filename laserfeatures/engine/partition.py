@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper, inlined, leaf
-from laserfeatures.engine.arcs import SHORTEST_ARC, arc_misfit
+from laserfeatures.compiled import ZERO, helper, inlined, leaf
+from laserfeatures.engine.arcs import CONVEX, SHORTEST_ARC, arc_misfit
 from laserfeatures.engine.prices import ARC_PRICE, PRICE, STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
 from laserfeatures.engine.sums import wall_misfit
@@ -93,7 +93,12 @@ def partition(
     x, y, ux, uy = points.x, points.y, points.ux, points.uy
     variance, floor = points.variance, points.floor
     known = first.size
-    order = np.argsort(first)
+    coming = np.full(n + 1, -1)  # of the candidates that begin at a return, one; and from each
+    following = np.empty(known, np.int64)  # the next
+    for k in range(known - 1, -1, -1):
+        at = min(max(int(first[k]) - PAD, 0), n)
+        following[k] = coming[at]
+        coming[at] = k
     active = np.empty(known, np.int64)  # the candidates that may explain the return at hand
     through = np.empty(known)  # cost of the cheapest explanation that ends on each
     entered = np.empty(known, np.int64)
@@ -103,17 +108,19 @@ def partition(
     for k in range(columns.shape[1]):
         column[columns[1, k]] = columns[0, k]
     needed = DOUBT if known > 0 else -1.0
-    near = coming = alive = edge = 0
+    near = alive = 0
+    edge = ZERO
     for j in range(1, n + 1):
         i = j - 1
         cost[j] = cost[i] + STRAY_PRICE
         start[j] = i
         kind[j] = AS_STRAY
-        while coming < known and first[order[coming]] - PAD <= i:
-            active[near] = order[coming]
-            through[order[coming]] = math.inf
+        k = coming[i]
+        while k >= 0:
+            active[near] = k
+            through[k] = math.inf
             near += 1
-            coming += 1
+            k = following[k]
         near, least = follow_lines(
             i, x[i], y[i], ux[i], uy[i], variance[i], floor[i], c, s, d, last, price, near, active,
             through, entered, cost, start, kind, line,
@@ -193,7 +200,7 @@ def end_arc(
     """Try a round object of the returns i..j-1."""
     if max_radius == 0.0 or j - i < SHORTEST_ARC or cost[i] + ARC_PRICE >= cost[j]:
         return
-    whole = cost[i] + ARC_PRICE + arc_misfit(points, i, j, max_radius)
+    whole = cost[i] + ARC_PRICE + arc_misfit(points, i, j, max_radius, CONVEX)
     if whole < cost[j]:
         cost[j] = whole
         start[j] = i

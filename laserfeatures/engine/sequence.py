@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.compiled import helper, leaf
+from laserfeatures.compiled import ZERO, helper, leaf
 
 OPEN, RING, DOUBLED = range(3)  # a scan's beams end, go round, or go round with the first twice
 GRAZING = math.tan(math.radians(80.0))  # a steeper step than a wall met at that is a jump
@@ -70,7 +70,7 @@ def in_order(
     """Return the table of the valid returns with x, y, ux, uy, beam and source filled in."""
     beams = ranges.size
     valid = np.empty(beams, np.int64)
-    count = 0
+    count = ZERO
     for i in range(beams):
         if limits[0] <= ranges[i] < limits[1] and 0.0 < ranges[i] < FARTHEST:
             valid[count] = i

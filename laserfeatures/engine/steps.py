@@ -27,13 +27,13 @@ def part_at_steps(points: Sequence, label: IntArray, walls: Walls, min_points: i
         more[k] = walls[k]
         if walls[k].points < 2 * min_points:
             continue
-        combine(whole, parts[k, 0], parts[k, 1], 1)
-        combine(whole, whole, parts[k, 2], 1)
+        combine(whole, parts[k, 0], parts[k, 1], 1.0)
+        combine(whole, whole, parts[k, 2], 1.0)
         solve(whole)
         best = STEP_PRICE
         for p in range(PARTS):
             part = parts[k, p]
-            combine(rest, whole, part, -1)
+            combine(rest, whole, part, -1.0)
             if min(part.points, rest.points) < min_points:
                 continue
             solve(part)

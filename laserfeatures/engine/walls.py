@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from laserfeatures.arrays import IntArray
-from laserfeatures.compiled import helper, inlined, leaf
+from laserfeatures.compiled import ZERO, helper, inlined, leaf
 from laserfeatures.engine.partition import STRAY
 from laserfeatures.engine.prices import STRAY_PRICE
 from laserfeatures.engine.sequence import Sequence
@@ -114,7 +114,7 @@ def fit_walls(points: Sequence, label: IntArray, walls: Walls, weighted: bool) -
 
 
 @leaf
-def combine(into: Wall, one: Wall, other: Wall, sign: int) -> None:
+def combine(into: Wall, one: Wall, other: Wall, sign: float) -> None:
     """Write the sums of one wall and another, or less it, into a third."""
     into.w = one.w + sign * other.w
     into.x = one.x + sign * other.x
@@ -122,7 +122,7 @@ def combine(into: Wall, one: Wall, other: Wall, sign: int) -> None:
     into.xx = one.xx + sign * other.xx
     into.xy = one.xy + sign * other.xy
     into.yy = one.yy + sign * other.yy
-    into.points = one.points + sign * other.points
+    into.points = one.points + int(sign) * other.points
 
 
 @helper
@@ -149,7 +149,7 @@ def merge_collinear(points: Sequence, label: IntArray, walls: Walls) -> None:
             if turn * turn > SURELY_APART * (first.var_theta + other.var_theta) + SAME_TURN:
                 continue
             both = room[0]  # taken anew: a record does not keep its array alive
-            combine(both, first, other, 1)
+            combine(both, first, other, 1.0)
             solve(both)
             worse = both.chi2 - first.chi2 - other.chi2
             if worse < first.log_det + other.log_det - both.log_det + price:
@@ -172,7 +172,7 @@ def part_at_corners(points: Sequence, label: IntArray, walls: Walls) -> int:
     A beam hits the wall on its side of the corner, whatever its range errs by; to give a return to
     the nearer of both would choose the errors that each wall gets, and turn the short ones.
     """
-    last = -1
+    last = ZERO - 1
     changed = 0
     for i in range(label.size):
         if label[i] < 0:

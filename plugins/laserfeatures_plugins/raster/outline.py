@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.engine import kernel
+from laserfeatures.engine import ZERO, kernel
 from laserfeatures.engine.arcs import is_round
 from laserfeatures.engine.sequence import as_sequence
 from laserfeatures_plugins.raster.surfaces import BASELINE, contours
@@ -63,7 +63,8 @@ def surfaces_of(
     n = points.x.size
     beam = np.empty(n, np.int64)
     live = np.empty(n, np.int64)
-    count = start = 0
+    count = 0
+    start = ZERO
     noise = 0.0
     for end in range(1, n + 1):
         beam[end - 1] = int(points.beam[end - 1])

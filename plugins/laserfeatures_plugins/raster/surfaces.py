@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laserfeatures.arrays import FloatArray, IntArray
-from laserfeatures.engine import helper
+from laserfeatures.engine import ZERO, helper
 
 NOISES = 3.0  # standard deviations of the noise that may be mistaken for shape
 PLAIN = math.tan(math.radians(30))  # surfaces that are met at this angle or more need no other test
@@ -30,7 +30,8 @@ def contours(
     """
     points = np.empty(live.size, np.int64)
     ends = np.empty(live.size + 1, np.int64)
-    count = chains = m = 0
+    count = chains = 0
+    m = ZERO
     joined = False
     while m < live.size:
         i = live[m]
