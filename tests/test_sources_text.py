@@ -45,6 +45,14 @@ def test_a_byte_order_mark_is_no_content(path):
         read(path, "angle,range\n0,1\n".encode("utf-16"))
 
 
+def test_a_table_with_a_header_is_no_rplidar_text(path):
+    table = rows(np.degrees(ANGLES), 1000 * RANGES, np.full(ANGLES.size, 15.0))
+    source, (scan,) = read(path, "angle_deg,range_mm,quality\n" + table)
+    check(scan)
+    assert source.format == "csv"
+    assert read(path, table)[0].format == "rplidar"
+
+
 @pytest.mark.parametrize(
     "header",
     ["angle;range", "angle_deg;range", "angle [deg];range [m]", "angle;range;intensity"],

@@ -19,7 +19,12 @@ from laserfeatures.errors import SourceError
 from laserfeatures.sources.beams import told_apart
 from laserfeatures.sources.files import MOST_BEAMS, read_head
 from laserfeatures.sources.log import Log, Scans
-from laserfeatures.sources.text_columns import rows_of, rplidar_columns, split_cells
+from laserfeatures.sources.text_columns import (
+    begins_with_words,
+    rows_of,
+    rplidar_columns,
+    split_cells,
+)
 
 TITLE = re.compile(rb"#\s*(RPLIDAR|COUNT\s*=)")
 COUNT = re.compile(rb"#\s*COUNT\s*=\s*(\d+)")
@@ -27,7 +32,9 @@ COUNT = re.compile(rb"#\s*COUNT\s*=\s*(\d+)")
 
 def is_rplidar(head: bytes) -> bool:
     """Return whether a file that starts with `head` is such a file."""
-    return bool(TITLE.match(head)) or rplidar_columns(rows_of(head)[0]) is not None
+    if TITLE.match(head):
+        return True
+    return not begins_with_words(head) and rplidar_columns(rows_of(head)[0]) is not None
 
 
 def read_rplidar(log: Log) -> Scans:

@@ -45,10 +45,7 @@ def rows_of(head: bytes) -> tuple[FloatArray, str | None]:
     Lines of words, and those with another number of cells than most, are left out; there are no
     rows if more than a fifth of the lines are such.
     """
-    lines = head.decode("ascii", "replace").splitlines()[: ROWS + 1]
-    if len(lines) > 1 and not head.endswith(b"\n"):
-        lines = lines[:-1]  # it may be cut
-    lines = [line for line in lines if line.strip() and not line.startswith(("#", "%"))]
+    lines = _lines(head)
     none = np.empty((0, 0))
     if not lines:
         return none, None
@@ -59,6 +56,19 @@ def rows_of(head: bytes) -> tuple[FloatArray, str | None]:
     columns, _ = Counter(len(row) for row in rows).most_common(1)[0]
     rows = [row for row in rows if len(row) == columns]
     return (np.array(rows) if len(rows) >= 0.8 * len(lines) else none), delimiter
+
+
+def begins_with_words(head: bytes) -> bool:
+    """Return whether the first row of a file is a header, of which no cell is a number."""
+    lines = _lines(head)
+    return bool(lines) and not any(map(_is_number, split_cells(lines[0], delimiter_of(lines[0]))))
+
+
+def _lines(head: bytes) -> list[str]:
+    lines = head.decode("ascii", "replace").splitlines()[: ROWS + 1]
+    if len(lines) > 1 and not head.endswith(b"\n"):
+        lines = lines[:-1]  # it may be cut
+    return [line for line in lines if line.strip() and not line.startswith(("#", "%"))]
 
 
 def _row(cells: list[str]) -> list[float]:
