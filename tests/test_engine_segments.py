@@ -8,7 +8,7 @@ import pytest
 import reference
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import TURN, look, random_room, scan_of
+from scenes import TURN, look, needs_compiler, random_room, scan_of
 
 from laserfeatures import LaserScan, get_extractor
 from laserfeatures.engine import WallDetector, segments
@@ -112,6 +112,7 @@ def test_each_wall_of_a_room_is_found_with_the_errors_it_is_said_to_have(seed):
         assert error @ np.linalg.solve(found.lines.covariance[k], error) < 25
 
 
+@needs_compiler
 @pytest.mark.parametrize("options", [{}, {"preset": "paper", "max_peaks": 200}])
 def test_more_beams_of_segments_than_memory_should_hold_are_refused(options):
     beams, each = 120_000, 20  # short walls, each at a distance of its own
